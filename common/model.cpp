@@ -1,0 +1,53 @@
+#include "common/model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/run/errors.h"
+
+namespace voxcarve {
+
+std::string_view to_string(ModelKind kind) {
+  switch (kind) {
+    case ModelKind::kSoup:
+      return "soup";
+    case ModelKind::kScalarVolume:
+      return "scalar volume";
+    case ModelKind::kBinaryVolume:
+      return "binary volume";
+    case ModelKind::kImage:
+      return "image";
+    case ModelKind::kImplicitSolid:
+      return "implicit solid";
+  }
+  return "";
+}
+
+ModelKind Model::kind() const {
+  if (std::holds_alternative<TriangleSoup>(shape)) return ModelKind::kSoup;
+  if (std::holds_alternative<ScalarVolume>(shape)) return ModelKind::kScalarVolume;
+  if (const auto* volume = std::get_if<BinaryVolume>(&shape)) {
+    return volume->frame.is_image() ? ModelKind::kImage : ModelKind::kBinaryVolume;
+  }
+  return ModelKind::kImplicitSolid;
+}
+
+void validate(const Model& model) {
+  if (const auto* soup = model.soup()) {
+    validate(*soup, model.name);
+    const double diagonal = bounds(*soup).diagonal();
+    if (!(diagonal > 0)) throw InputError(model.name + " has no extent: all its triangles lie in one point");
+    if (!std::isfinite(diagonal)) throw InputError(model.name + ": the extent overflows; scale the model down");
+  } else if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape)) {
+    if (scalar->grid.values.empty()) throw InputError(model.name + " has no voxel");
+    if (!std::ranges::all_of(scalar->grid.values, [](float value) { return std::isfinite(value); })) {
+      throw InputError(model.name + " holds a value that is not finite");
+    }
+  } else if (const auto* binary = std::get_if<BinaryVolume>(&model.shape)) {
+    if (binary->values.empty()) throw InputError(model.name + " has no voxel");
+  } else if (std::get<ImplicitSolid>(model.shape).box.empty()) {
+    throw InputError(model.name + " has an empty box");
+  }
+}
+
+}  // namespace voxcarve

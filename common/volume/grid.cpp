@@ -1,0 +1,21 @@
+#include "common/volume/grid.h"
+
+#include <numeric>
+
+namespace voxcarve {
+
+GridFrame padded(const GridFrame& frame, std::int64_t margin) {
+  GridFrame larger = frame;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == 2 && frame.is_image()) continue;
+    larger.dims[axis] += 2 * margin;
+    larger.origin[axis] -= static_cast<double>(margin) * frame.voxel_size;
+  }
+  return larger;
+}
+
+std::int64_t count_interior(const BinaryVolume& volume) {
+  return std::accumulate(volume.values.begin(), volume.values.end(), std::int64_t{0});
+}
+
+}  // namespace voxcarve

@@ -1,0 +1,53 @@
+#include "methods/method.h"
+
+#include <algorithm>
+
+#include "common/run/errors.h"
+#include "common/run/text.h"
+
+namespace voxcarve {
+
+namespace {
+
+class StoredLevels final : public LevelSequence {
+ public:
+  explicit StoredLevels(std::vector<TriangleSoup> levels) : levels_(std::move(levels)) {}
+  std::int64_t size() const override { return static_cast<std::int64_t>(levels_.size()); }
+  TriangleSoup extract(std::int64_t index) const override { return levels_.at(static_cast<std::size_t>(index)); }
+
+ private:
+  std::vector<TriangleSoup> levels_;
+};
+
+}  // namespace
+
+std::shared_ptr<const LevelSequence> make_levels(std::vector<TriangleSoup> coarse_to_fine) {
+  return std::make_shared<StoredLevels>(std::move(coarse_to_fine));
+}
+
+std::optional<SkipReason> Method::unsupported(const Model& model, const Parameters& parameters) const {
+  const std::vector<ModelKind>& kinds = info().accepts;
+  if (std::ranges::find(kinds, model.kind()) == kinds.end()) {
+    std::vector<std::string> names;
+    for (const ModelKind kind : kinds) names.emplace_back(to_string(kind));
+    return SkipReason{info().name + " takes a " + join(names, " or a ") + ", not a " + std::string(to_string(model.kind()))};
+  }
+  return unsupported_shape(model, parameters);
+}
+
+std::optional<SkipReason> Method::unsupported_shape(const Model&, const Parameters&) const { return std::nullopt; }
+
+MethodResult Method::run(const Model& model, const Parameters& parameters, RunContext& context) const {
+  validate(model);
+  if (const auto reason = unsupported(model, parameters)) throw InputError(reason->text);
+  context.clear_log();
+  MethodResult result = do_run(model, parameters, context);
+  if (!result.levels || result.levels->size() == 0) {
+    throw MethodFailure(info().name + " left nothing of " + model.name);
+  }
+  result.timings = context.timings();
+  result.notices = context.notices();
+  return result;
+}
+
+}  // namespace voxcarve

@@ -1,0 +1,82 @@
+// The interface that every method stands behind.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "common/mesh/triangle_soup.h"
+#include "common/model.h"
+#include "common/run/context.h"
+#include "common/run/parameters.h"
+#include "common/volume/grid.h"
+
+namespace voxcarve {
+
+/// What a method says of itself.
+struct MethodInfo {
+  std::string name;      ///< "nooruddin-turk": as typed on the command line
+  std::string summary;   ///< one line: what it does
+  std::string citation;  ///< key in docs/bibliography.bib, or "" for a method that needs none
+  std::vector<ModelKind> accepts;
+  ParameterSchema parameters;
+  bool closed_manifold = false;  ///< promises that every level is a closed, oriented 2-manifold
+  bool baseline = false;         ///< stands in tables to be compared with
+};
+
+/// Why a method does not apply to a model: a skip, not a failure.
+struct SkipReason {
+  std::string text;
+};
+
+/// An ordered sequence of surfaces from coarse to fine, extracted on demand.
+class LevelSequence {
+ public:
+  virtual ~LevelSequence() = default;
+  virtual std::int64_t size() const = 0;
+  /// Level `index` in [0, size()). May be called from several threads.
+  virtual TriangleSoup extract(std::int64_t index) const = 0;
+};
+
+/// The levels of a method that makes them all at once.
+std::shared_ptr<const LevelSequence> make_levels(std::vector<TriangleSoup> coarse_to_fine);
+
+/// A volume that a method made on its way, by the name of the stage that it left.
+struct NamedVolume {
+  std::string name;
+  std::variant<BinaryVolume, DensityVolume> volume;
+};
+
+struct MethodResult {
+  std::shared_ptr<const LevelSequence> levels;  ///< never null, at least one level
+  std::vector<NamedVolume> volumes;             ///< in the order of the stages; the last one is the result as a volume
+  std::vector<StageTiming> timings;
+  std::vector<std::string> notices;
+};
+
+/// A topology-simplifying method. Objects are stateless: every member is const and may run on several threads at once.
+class Method {
+ public:
+  virtual ~Method() = default;
+
+  virtual const MethodInfo& info() const = 0;
+
+  /// The reason why `run` cannot be asked for this model with these parameters, or nothing. The base asks for the kinds
+  /// that info() lists; methods add their own conditions in `unsupported_shape`.
+  std::optional<SkipReason> unsupported(const Model& model, const Parameters& parameters) const;
+
+  /// Runs the method. The same model, parameters and seed give the same bytes on any number of threads.
+  /// Throws InputError for a model that is empty, not finite or of an unsupported kind, ResourceError before exceeding
+  /// the context's memory budget, MethodFailure when there is no result, and Cancelled.
+  MethodResult run(const Model& model, const Parameters& parameters, RunContext& context) const;
+
+ protected:
+  virtual std::optional<SkipReason> unsupported_shape(const Model& model, const Parameters& parameters) const;
+  virtual MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const = 0;
+};
+
+}  // namespace voxcarve
