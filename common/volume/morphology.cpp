@@ -1,0 +1,58 @@
+// Based on [NT03, 4]: dilation thresholds a distance map, erosion is the dilation of the complement. Differs in using an
+// exact Euclidean map.
+#include "common/volume/morphology.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/run/errors.h"
+#include "common/volume/distance_transform.h"
+
+namespace voxcarve {
+
+namespace {
+
+/// Largest squared integer distance within `distance`: the test d^2 <= r^2 in exact integers. A hair is added to r^2 so
+/// that distances such as sqrt(2), typed as decimals, reach what they name.
+std::int64_t squared_reach(double distance) {
+  if (!(distance >= 0) || distance > 20000) throw ParameterError("a morphological distance must lie between 0 and 20000 voxels");
+  constexpr double kHair = 1e-9;
+  return static_cast<std::int64_t>(std::floor(distance * distance * (1 + kHair)));
+}
+
+/// 1 where the squared distance to the nearest `feature` is at most `reach`.
+BinaryVolume within(const BinaryVolume& volume, std::uint8_t feature, std::int64_t reach, RunContext& context) {
+  const Grid<std::int32_t> distance = squared_distance(volume, feature, context);
+  BinaryVolume result(volume.frame);
+  std::ranges::transform(distance.values, result.values.begin(), [reach](std::int32_t squared) {
+    return static_cast<std::uint8_t>(squared != kInfiniteDistance && squared <= reach);
+  });
+  return result;
+}
+
+}  // namespace
+
+BinaryVolume dilate(const BinaryVolume& volume, double distance, RunContext& context) {
+  const std::int64_t reach = squared_reach(distance);
+  const GridFrame frame = padded(volume.frame, static_cast<std::int64_t>(std::ceil(distance)));
+  context.require_memory(static_cast<std::uint64_t>(frame.voxels()) * (2 + sizeof(std::int32_t)), "the dilation");
+  return within(resized(volume, frame), 1, reach, context);
+}
+
+BinaryVolume erode(const BinaryVolume& volume, double distance, RunContext& context) {
+  const std::int64_t reach = squared_reach(distance);
+  // One layer of exterior is enough: the nearest exterior voxel beyond the grid is always next to it.
+  BinaryVolume near_exterior = within(resized(volume, padded(volume.frame, 1)), 0, reach, context);
+  for (std::uint8_t& value : near_exterior.values) value = static_cast<std::uint8_t>(1 - value);
+  return resized(near_exterior, volume.frame);
+}
+
+BinaryVolume open(const BinaryVolume& volume, double distance, RunContext& context) {
+  return resized(dilate(erode(volume, distance, context), distance, context), volume.frame);
+}
+
+BinaryVolume close(const BinaryVolume& volume, double distance, RunContext& context) {
+  return resized(erode(dilate(volume, distance, context), distance, context), volume.frame);
+}
+
+}  // namespace voxcarve

@@ -1,0 +1,41 @@
+#include "common/volume/voxel_parameters.h"
+
+#include <string>
+
+#include "common/run/errors.h"
+
+namespace voxcarve {
+
+std::vector<ParameterSpec> voxelization_parameters() {
+  constexpr std::int64_t kFinest = 4096;
+  return {
+      ParameterSpec::integer("resolution", "voxels", 2, kFinest, 128, "voxels along the longest side of the input's bounding box"),
+      ParameterSpec::choice("classifier", {"parity", "stabbing"}, "parity",
+                            "parity count (for holes and cracks) or ray stabbing (for parts that overlap; keeps the intersection of the directions' line hulls)"),
+      ParameterSpec::choice("directions", {"1", "3", "13"}, "3", "ray directions: one axis, the three axes, or the axes and the ten face normals of the icosahedron"),
+      ParameterSpec::choice("axis", {"x", "y", "z"}, "y", "the axis of the rays when directions=1"),
+  };
+}
+
+VoxelizeOptions voxelize_options(const Parameters& parameters) {
+  VoxelizeOptions options;
+  options.classifier = classifier_from(parameters.choice("classifier"));
+  options.directions = std::stoi(parameters.choice("directions"));
+  options.axis = parameters.choice("axis")[0] - 'x';
+  return options;
+}
+
+BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& parameters, RunContext& context) {
+  const GridFrame frame = voxel_frame(bounds(soup), parameters.integer("resolution"));
+  const VoxelizeOptions options = voxelize_options(parameters);
+  VoxelizeReport report;
+  BinaryVolume volume = voxelize(soup, frame, options, context, &report);
+  for (const VoxelizeReport::Axis& axis : report.axes) {
+    if (axis.invalid_columns == 0) continue;
+    context.notice(std::string("along ") + "xyz"[axis.axis] + ", " + std::to_string(axis.invalid_columns) + " of " + std::to_string(axis.columns) +
+                   " voxel columns that meet the surface cross it an odd number of times and do not vote");
+  }
+  return volume;
+}
+
+}  // namespace voxcarve

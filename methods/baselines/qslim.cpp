@@ -1,0 +1,40 @@
+// Based on [GH97], edges only, through OpenMesh; a soup that is no manifold is cut to one first.
+#include "common/mesh/reduction.h"
+#include "methods/baselines/baselines.h"
+
+namespace voxcarve {
+
+namespace {
+
+class QSlim final : public Method {
+ public:
+  const MethodInfo& info() const override { return info_; }
+
+ protected:
+  MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const override {
+    // Files without shared vertices would fall apart into triangles that nothing can be collapsed in.
+    const TriangleSoup welded = merge_equal_positions(*model.soup());
+    MethodResult result;
+    result.levels = make_levels({reduce_openmesh(welded, parameters.integer("triangles"), context)});
+    return result;
+  }
+
+ private:
+  static MethodInfo make_info() {
+    MethodInfo info;
+    info.name = "qslim";
+    info.summary = "quadric edge collapse alone, which keeps the topology";
+    info.citation = "GH97";
+    info.accepts = {ModelKind::kSoup};
+    info.parameters.specs = {ParameterSpec::integer("triangles", "triangles", 4, std::int64_t{1} << 32, 1000, "collapse edges until at most this many triangles are left")};
+    info.baseline = true;
+    return info;
+  }
+  MethodInfo info_ = make_info();
+};
+
+}  // namespace
+
+std::unique_ptr<Method> make_qslim() { return std::make_unique<QSlim>(); }
+
+}  // namespace voxcarve
