@@ -1,7 +1,9 @@
 #include "methods/method.h"
 
 #include <algorithm>
+#include <iterator>
 
+#include "common/mesh/topology.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
 
@@ -36,6 +38,28 @@ std::optional<SkipReason> Method::unsupported(const Model& model, const Paramete
 }
 
 std::optional<SkipReason> Method::unsupported_shape(const Model&, const Parameters&) const { return std::nullopt; }
+
+std::vector<InvariantCheck> Method::own_invariants(const Model&, const Parameters&, const MethodResult&, RunContext&) const { return {}; }
+
+std::vector<InvariantCheck> Method::check_invariants(const Model& model, const Parameters& parameters, const MethodResult& result,
+                                                     RunContext& context) const {
+  std::vector<InvariantCheck> checks;
+  if (info().closed_manifold) {
+    InvariantCheck check{"closed, oriented 2-manifold", true, ""};
+    for (std::int64_t level = 0; level < result.levels->size() && check.holds; ++level) {
+      context.check_cancelled();
+      const SurfaceTopology topology = analyze_topology(result.levels->extract(level));
+      check.holds = topology.closed && topology.oriented && topology.nonmanifold_vertices == 0;
+      if (check.holds) continue;
+      check.detail = "level " + std::to_string(level) + " has " + std::to_string(topology.boundary_edges) + " boundary edges, " +
+                     std::to_string(topology.nonmanifold_edges) + " non-manifold edges, " + std::to_string(topology.nonmanifold_vertices) +
+                     " non-manifold vertices";
+    }
+    checks.push_back(std::move(check));
+  }
+  std::ranges::move(own_invariants(model, parameters, result, context), std::back_inserter(checks));
+  return checks;
+}
 
 MethodResult Method::run(const Model& model, const Parameters& parameters, RunContext& context) const {
   validate(model);

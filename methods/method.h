@@ -58,6 +58,13 @@ struct MethodResult {
   std::vector<std::string> notices;
 };
 
+/// Whether something that a method guarantees holds of one result.
+struct InvariantCheck {
+  std::string name;  ///< "closed 2-manifold"
+  bool holds = false;
+  std::string detail;  ///< what was counted, when it does not hold
+};
+
 /// A topology-simplifying method. Objects are stateless: every member is const and may run on several threads at once.
 class Method {
  public:
@@ -74,8 +81,15 @@ class Method {
   /// the context's memory budget, MethodFailure when there is no result, and Cancelled.
   MethodResult run(const Model& model, const Parameters& parameters, RunContext& context) const;
 
+  /// Verifies what the method promises of a result of `run` with the same model and parameters: that every level is a
+  /// closed, oriented 2-manifold where info() says so, then the method's own invariants.
+  std::vector<InvariantCheck> check_invariants(const Model& model, const Parameters& parameters, const MethodResult& result,
+                                               RunContext& context) const;
+
  protected:
   virtual std::optional<SkipReason> unsupported_shape(const Model& model, const Parameters& parameters) const;
+  virtual std::vector<InvariantCheck> own_invariants(const Model& model, const Parameters& parameters, const MethodResult& result,
+                                                     RunContext& context) const;
   virtual MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const = 0;
 };
 

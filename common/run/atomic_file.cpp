@@ -19,7 +19,9 @@ namespace {
 
 constexpr std::size_t kMaxTransfer = std::size_t{1} << 30;  // one call moves at most 2 GiB on Linux
 
-std::string reason(int error) { return std::generic_category().message(error); }
+std::string reason(int error) {
+  return std::generic_category().message(error);
+}
 
 /// Closes a descriptor when the scope ends.
 class Descriptor {
@@ -108,7 +110,9 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : shown_(target), ta
   }
 }
 
-AtomicFile::~AtomicFile() { discard(); }
+AtomicFile::~AtomicFile() {
+  discard();
+}
 
 void AtomicFile::discard() noexcept {
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -17,7 +17,8 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes
 
 /// A file that appears under its name all at once. Bytes go to a temporary file in the same folder, which `commit`
 /// renames; without a commit the destructor removes it, so a failure leaves what was there before. A symbolic link is
-/// followed. Where the target is a device or a pipe ("/dev/stdout") there is nothing to rename and bytes go there at once.
+/// followed. Where the target is a device or a pipe ("/dev/stdout") there is nothing to rename and bytes go there at
+/// once.
 class AtomicFile {
  public:
   /// Throws ResourceError "cannot write PATH: reason" when the folder does not exist or may not be written to.

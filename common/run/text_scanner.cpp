@@ -64,16 +64,22 @@ std::optional<std::int64_t> parse_integer(std::string_view token) {
   return value;
 }
 
-std::string quoted(std::string_view token) {
+std::string in_quotes(std::string_view token) {
   constexpr std::size_t kShown = 32;
   std::string text = "'";
   for (const char c : token.substr(0, kShown)) text += c >= ' ' && c <= '~' ? c : '?';
   return text + (token.size() > kShown ? "...'" : "'");
 }
 
-void append_number(std::string& text, double value) { append_shortest(text, value); }
-void append_number(std::string& text, float value) { append_shortest(text, value); }
-void append_number(std::string& text, std::int64_t value) { append_shortest(text, value); }
+void append_number(std::string& text, double value) {
+  append_shortest(text, value);
+}
+void append_number(std::string& text, float value) {
+  append_shortest(text, value);
+}
+void append_number(std::string& text, std::int64_t value) {
+  append_shortest(text, value);
+}
 
 std::string_view TextScanner::rest() {
   std::string_view found = line_;
@@ -89,7 +95,7 @@ void TextScanner::fail(std::string_view message) const {
 
 void TextScanner::refuse_number(std::string_view found, std::string_view what) const {
   if (found.empty()) fail(std::string(what) + " is missing; the file may be truncated");
-  fail(std::string(what) + " is not a number: " + quoted(found));
+  fail(std::string(what) + " is not a number: " + in_quotes(found));
 }
 
 void TextScanner::require_items(std::int64_t count, std::size_t tokens, std::string_view what) const {

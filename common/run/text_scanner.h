@@ -1,4 +1,5 @@
-// Reading numbers and words out of a text that came from anywhere: independent of the locale, with the line of every error.
+// Reading numbers and words out of a text that came from anywhere: independent of the locale, with the line of every
+// error.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,7 @@ std::optional<double> parse_real(std::string_view token);
 std::optional<std::int64_t> parse_integer(std::string_view token);
 
 /// The token between quotes, cut to a length that fits a message, with unprintable bytes replaced.
-std::string quoted(std::string_view token);
+std::string in_quotes(std::string_view token);
 
 /// Appends the shortest decimal text that reads back as the same number.
 void append_number(std::string& text, double value);

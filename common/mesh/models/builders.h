@@ -1,0 +1,22 @@
+// What the files of this folder share: each model's entry of the registry, and the limit on a model's size.
+#pragma once
+
+#include <string_view>
+
+#include "common/mesh/models/procedural.h"
+
+namespace voxcarve {
+
+ProceduralModel chair_model();
+ProceduralModel genus_n_model();
+ProceduralModel interpenetrating_figure_model();
+ProceduralModel perforated_box_model();
+ProceduralModel sphereflake_model();
+ProceduralModel torus_model();
+ProceduralModel two_spheres_model();
+
+/// Throws ParameterError when `triangles`, multiplied out from the parameters of `model` before anything is built,
+/// exceeds 20 million. A double, so that no product of parameters overflows.
+void require_triangles_within_limit(std::string_view model, double triangles);
+
+}  // namespace voxcarve

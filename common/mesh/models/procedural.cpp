@@ -1,0 +1,65 @@
+#include "common/mesh/models/procedural.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "common/mesh/models/builders.h"
+#include "common/mesh/models/catalogue.h"
+#include "common/run/errors.h"
+#include "common/run/text.h"
+
+namespace voxcarve {
+
+namespace {
+
+constexpr double kMaximumTriangles = 20e6;
+
+std::vector<ProceduralModel> all_models() {
+  std::vector<ProceduralModel> models = {chair_model(),          genus_n_model(),     interpenetrating_figure_model(),
+                                         perforated_box_model(), sphereflake_model(), torus_model(),
+                                         two_spheres_model()};
+  std::ranges::sort(models, {}, [](const ProceduralModel& model) { return model.info.name; });
+  return models;
+}
+
+bool is_external(std::string_view name) {
+  return std::ranges::any_of(external_models(), [&](const ExternalModel& model) { return model.name == name; });
+}
+
+}  // namespace
+
+void require_triangles_within_limit(std::string_view model, double triangles) {
+  if (triangles <= kMaximumTriangles) return;
+  throw ParameterError(std::string(model) + ": these parameters make " +
+                       std::to_string(static_cast<std::int64_t>(triangles)) +
+                       " triangles, more than the limit of 20 million");
+}
+
+const std::vector<ProceduralModel>& procedural_models() {
+  static const std::vector<ProceduralModel> models = all_models();
+  return models;
+}
+
+const ProceduralModel& find_procedural_model(std::string_view name) {
+  std::vector<std::string> names;
+  for (const ProceduralModel& model : procedural_models()) {
+    if (model.info.name == name) return model;
+    names.push_back(model.info.name);
+  }
+  const std::string quoted = "'" + std::string(name) + "'";
+  if (is_external(name)) {
+    throw ParameterError(quoted + " is an external model (a file), not a procedural one and has no parameters");
+  }
+  for (const ExternalModel& model : external_models()) names.push_back(model.name);
+  throw ParameterError("no model is called " + quoted + suggestion(name, names));
+}
+
+TriangleSoup make_procedural(std::string_view spec) {
+  const std::size_t question = spec.find('?');
+  const ProceduralModel& model = find_procedural_model(spec.substr(0, question));
+  const std::string_view query = question == std::string_view::npos ? "" : spec.substr(question + 1);
+  const std::vector<std::string> assignments = split(query, '&');
+  return model.build(Parameters::parse(model.info.parameters, assignments, model.info.name));
+}
+
+}  // namespace voxcarve

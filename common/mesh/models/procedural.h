@@ -1,0 +1,39 @@
+// Models that are computed: small, exact stand-ins for the papers' own inputs, which are mostly not public.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/mesh/triangle_soup.h"
+#include "common/run/parameters.h"
+
+namespace voxcarve {
+
+/// What a model is called, what it is, and which figure of the papers it stands in for.
+struct ModelInfo {
+  std::string name;
+  std::string summary;     ///< one line
+  std::string stands_for;  ///< "NT Fig. 9", or "" for a plain test shape
+  ParameterSchema parameters;
+};
+
+/// A model and how it is made. `build` takes a complete set of parameters of the schema, is deterministic, and gives
+/// closed, outward-oriented parts with shared vertices, in model units.
+struct ProceduralModel {
+  ModelInfo info;
+  std::function<TriangleSoup(const Parameters&)> build;
+};
+
+/// All of them, in alphabetical order.
+const std::vector<ProceduralModel>& procedural_models();
+
+/// The model of that name. Throws ParameterError, with the nearest name of a procedural or external model.
+const ProceduralModel& find_procedural_model(std::string_view name);
+
+/// Builds from "name" or "name?key=value&key=value", for instance "torus?major=2&minor=0.5". Throws ParameterError for
+/// an unknown name or key (with the nearest known one), a value out of range, or more than 20 million triangles.
+TriangleSoup make_procedural(std::string_view spec);
+
+}  // namespace voxcarve

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "experiments/cli/commands.h"
+#include "experiments/cli/json_text.h"
+#include "experiments/cli/session.h"
+#include "experiments/runner/comparison.h"
+#include "metrics/metric.h"
+#include "metrics/volume.h"
+
+namespace voxcarve {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct MeasureOptions {
+  CommonOptions common;
+  std::string a;
+  std::string b;
+  MetricOptions metrics;
+};
+
+struct Measured {
+  TriangleSoup surface;
+  std::vector<Measurement> measurements;
+};
+
+Measured measure_one(Session& session, const std::string& input, const MetricOptions& options) {
+  const Model model = session.open(input);
+  session.announce(model.name);
+  Measured measured;
+  measured.surface = reference_surface(model, session.context());
+  measured.measurements = measure_shape(measured.surface, options, session.context());
+  if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
+    const auto of_volume = measure_volume(*volume, session.context());
+    measured.measurements.insert(measured.measurements.end(), of_volume.begin(), of_volume.end());
+  }
+  return measured;
+}
+
+void add_rows(Table& table, const std::vector<Measurement>& measurements, const std::vector<MetricColumn>& columns, const std::string& prefix) {
+  for (const Measurement& measurement : measurements) {
+    std::string unit;
+    for (const MetricColumn& column : columns) {
+      if (column.key == measurement.key) unit = column.unit;
+    }
+    table.rows.push_back({prefix + measurement.key, exact_text(measurement.value), unit});
+  }
+}
+
+void measure(const MeasureOptions& options) {
+  Session session(options.common);
+  const Measured a = measure_one(session, options.a, options.metrics);
+  Json json = {{"a", to_json(a.measurements)}};
+  Table table{{"metric", "value", "unit"}, {}};
+  add_rows(table, a.measurements, shape_columns(), options.b.empty() ? "" : "a.");
+  if (!options.b.empty()) {
+    const Measured b = measure_one(session, options.b, options.metrics);
+    session.announce("pair");
+    const auto pair = measure_pair(a.surface, b.surface, options.metrics, session.context());
+    json["b"] = to_json(b.measurements);
+    json.update(to_json(pair));
+    add_rows(table, b.measurements, shape_columns(), "b.");
+    add_rows(table, pair, pair_columns(), "");
+  }
+  if (options.common.json) {
+    print_json(json);
+  } else {
+    fmt::print("{}", to_text(table));
+  }
+}
+
+}  // namespace
+
+void add_measure_command(CLI::App& app) {
+  auto options = std::make_shared<MeasureOptions>();
+  CLI::App* command = app.add_subcommand("measure", "metrics of one shape, or of a pair: A is the reference (the input), B the result");
+  command->add_option("A", options->a, "a shape: a file or model:NAME")->required();
+  command->add_option("B", options->b, "a second shape to measure against A");
+  command->add_option("--error", options->metrics.hausdorff_error, "width of the certified Hausdorff interval, as a share of A's diagonal (default 1e-3)")
+      ->check(CLI::Range(1e-9, 1.0));
+  command->add_option("--rays", options->metrics.rays, "rays of the symmetric difference (default 16384)")->check(CLI::Range(64, 1 << 30));
+  command->add_option("--samples", options->metrics.distance_samples, "samples a side for mean and RMS distance (default 20000)")->check(CLI::Range(1, 1 << 30));
+  add_common_options(*command, options->common);
+  command->callback([options] { measure(*options); });
+}
+
+}  // namespace voxcarve

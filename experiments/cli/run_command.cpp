@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/mesh/io/mesh_io.h"
+#include "common/run/atomic_file.h"
+#include "common/run/errors.h"
+#include "common/volume/io/volume_io.h"
+#include "experiments/cli/commands.h"
+#include "experiments/cli/json_text.h"
+#include "experiments/cli/session.h"
+#include "experiments/runner/comparison.h"
+#include "methods/registry.h"
+
+namespace voxcarve {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct RunOptions {
+  CommonOptions common;
+  std::string method;
+  std::string input;
+  std::string output;
+  std::string report;
+  std::vector<std::string> settings;
+  std::int64_t triangles = 0;
+  std::int64_t vertices = 0;
+  std::int64_t level = -1;
+  bool check_invariants = false;
+};
+
+/// The level that --level, --vertices or --triangles asks for; the finest without them.
+TriangleSoup choose_level(const MethodResult& result, const RunOptions& options) {
+  const std::int64_t levels = result.levels->size();
+  if (options.level >= levels) {
+    throw ParameterError("there is no level " + std::to_string(options.level) + ": this result has " + std::to_string(levels) + ", numbered from 0, the coarsest");
+  }
+  if (options.level >= 0) return result.levels->extract(options.level);
+  if (options.vertices == 0) return level_for_budget(result, options.triangles);
+  for (std::int64_t index = levels - 1;; --index) {
+    TriangleSoup level = result.levels->extract(index);
+    const auto distinct = static_cast<std::int64_t>(merge_equal_positions(level).positions.size());
+    if (index == 0 || distinct <= options.vertices) return level;
+  }
+}
+
+/// A volume file takes the result's volume, on the input's grid where the input is a volume and the result fits it.
+void write_result_volume(const MethodResult& result, const Model& model, const std::string& output) {
+  if (result.volumes.empty()) throw ParameterError("this run has no volume to write to " + output + "; name a PLY, OBJ, OFF or STL file");
+  std::visit(
+      [&](const auto& volume) {
+        const auto* input = std::get_if<BinaryVolume>(&model.shape);
+        const auto* scalar = std::get_if<ScalarVolume>(&model.shape);
+        const GridFrame frame = input != nullptr ? input->frame : scalar != nullptr ? scalar->grid.frame : volume.frame;
+        const auto on_input = resized(volume, frame);
+        const bool fits = resized(on_input, volume.frame) == volume;
+        write_volume(fits ? on_input : volume, output);
+      },
+      result.volumes.back().volume);
+}
+
+Json run_report(const Model& model, const Method& method, const Parameters& parameters, const MethodResult& result, const TriangleSoup& surface,
+                const std::vector<InvariantCheck>& checks, const RunOptions& options) {
+  Json json = {{"program", "voxcarve " + version()}, {"method", method.info().name}, {"model", model.name}, {"parameters", to_json(parameters)},
+               {"seed", options.common.seed},        {"levels", result.levels->size()}, {"vertices", surface.positions.size()},
+               {"triangles", surface.triangles.size()}, {"notices", result.notices},    {"timings", to_json(result.timings)}};
+  if (options.check_invariants) {
+    Json list = Json::array();
+    for (const InvariantCheck& check : checks) list.push_back({{"invariant", check.name}, {"holds", check.holds}, {"detail", check.detail}});
+    json["invariants"] = list;
+  }
+  if (!options.output.empty()) json["output"] = options.output;
+  return json;
+}
+
+void run(const RunOptions& options) {
+  const Method& method = find_method(options.method);
+  const Parameters parameters = parameters_for_budget(method, options.triangles, options.settings);
+  const bool wants_volume = !options.output.empty() && is_volume_file(options.output);
+  if (!options.output.empty() && !wants_volume && !mesh_format(options.output)) {
+    throw ParameterError(options.output + ": its extension names no format that can be written; use PLY, OBJ, OFF, STL, NRRD, MHD or PNG");
+  }
+  Session session(options.common);
+  const Model model = session.open(options.input);
+  session.announce(method.info().name);
+  const MethodResult result = method.run(model, parameters, session.context());
+  const TriangleSoup surface = choose_level(result, options);
+  std::vector<InvariantCheck> checks;
+  if (options.check_invariants) checks = method.check_invariants(model, parameters, result, session.context());
+  if (wants_volume) {
+    write_result_volume(result, model, options.output);
+  } else if (!options.output.empty()) {
+    write_mesh(surface, options.output);
+  }
+  const Json report = run_report(model, method, parameters, result, surface, checks, options);
+  if (!options.report.empty()) write_file_atomically(options.report, report.dump(2) + "\n");
+  session.print_notices(result.notices);
+  session.print_timings(result.timings);
+  if (options.common.json) {
+    print_json(report);
+  } else {
+    double seconds = 0;
+    for (const StageTiming& timing : result.timings) seconds += timing.seconds;
+    fmt::print("{} of {}: {} vertices, {} triangles in {:.2f} s{}\n", method.info().name, model.name,
+               with_thousands(static_cast<long long>(surface.positions.size())), with_thousands(static_cast<long long>(surface.triangles.size())), seconds,
+               options.output.empty() ? "" : " -> " + options.output);
+    for (const InvariantCheck& check : checks) fmt::print("  {}: {}{}\n", check.name, check.holds ? "holds" : "VIOLATED", check.detail.empty() ? "" : " (" + check.detail + ")");
+  }
+  for (const InvariantCheck& check : checks) {
+    if (!check.holds) throw MethodFailure("the result violates an invariant: " + check.name + (check.detail.empty() ? "" : " (" + check.detail + ")"));
+  }
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("run", "run one method on one input and write the result");
+  command->add_option("METHOD", options->method, "a method (voxcarve methods)")->required();
+  command->add_option("INPUT", options->input, "a mesh, volume or image file, or model:NAME?key=value&... (voxcarve models)")->required();
+  command->add_option("-o,--output", options->output, "file for the result: PLY, OBJ, OFF, STL for the mesh; NRRD, MHD for the volume");
+  command->add_option("--set", options->settings, "parameters as name=value (voxcarve methods NAME lists them)")->allow_extra_args();
+  command->add_option("--triangles", options->triangles, "triangle budget of the result (0: as it comes)")->check(CLI::NonNegativeNumber);
+  CLI::Option* level = command->add_option("--level", options->level, "level of the result, 0 is the coarsest (default: the finest that meets the budget)")->check(CLI::NonNegativeNumber);
+  command->add_option("--vertices", options->vertices, "take the finest level with at most this many distinct vertices")->check(CLI::PositiveNumber)->excludes(level);
+  command->add_flag("--check-invariants", options->check_invariants, "verify what the method promises of its result; exit code 5 when it does not hold");
+  command->add_option("--report", options->report, "write a JSON report of the run to this file");
+  add_common_options(*command, options->common);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace voxcarve

@@ -1,0 +1,65 @@
+// Pictures of meshes side by side under one camera, made without a window system.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/mesh/triangle_soup.h"
+
+namespace voxcarve {
+
+/// One panel of a picture.
+struct RenderItem {
+  TriangleSoup shape;   ///< no triangles: an empty panel that keeps its caption
+  std::string caption;  ///< UTF-8, may hold several lines; long lines are wrapped, "" leaves the band empty
+};
+
+/// How a picture looks. Panels are laid out row by row; the background is white.
+struct RenderOptions {
+  int panel_width = 800;      ///< pixels of one panel, caption included; kMinPanelSize to kMaxPanelSize
+  int panel_height = 800;     ///< likewise
+  int columns = 0;            ///< panels in a row; 0 chooses: up to four in one row, more in about a square
+  bool wireframe = false;     ///< edges over the shaded surface, fainter the denser they lie
+  double crease_angle = 40;   ///< degrees, 0 to 180: a dihedral angle above it is shown as a sharp edge
+  double azimuth = 30;        ///< degrees: 0 looks at the front (+z with y up, -y with z up), 90 at the +x side
+  double elevation = 20;      ///< degrees, -90 (from below) to 90 (from above)
+  std::string up_axis = "y";  ///< "y" or "z"
+  /// True: all items under one camera that holds all of them, at their own places and sizes (for results of one input).
+  /// False: every item fills its own panel.
+  bool common_camera = true;
+};
+
+inline constexpr int kMinPanelSize = 16;                    ///< pixels
+inline constexpr int kMaxPanelSize = 4096;                  ///< pixels; one panel is drawn at twice that size
+inline constexpr std::int64_t kMaxPicturePixels = 1 << 28;  ///< of the whole picture
+
+/// Eight-bit RGB pixels, rows from top to bottom.
+struct RenderedImage {
+  int width = 0;
+  int height = 0;
+  std::vector<unsigned char> rgb;  ///< 3 * width * height
+
+  bool operator==(const RenderedImage&) const = default;
+};
+
+/// True when this build can render and this machine gives it an OpenGL context. Asked once, then remembered.
+bool rendering_available();
+
+/// The picture of all items: columns * panel_width by rows * panel_height pixels, thin lines between the panels.
+/// Surfaces are lit from both sides; a side that is seen from behind (through a hole, or of an inside-out shape) is
+/// dull red. Colours of the shape are shown where it has them (a triangle's over a vertex's), else it is warm grey.
+/// Coordinates are centred and scaled in double before anything is rounded, so their magnitude does not matter. The
+/// same items and options give the same pixels on one machine. Calls from several threads take turns.
+///
+/// Throws ParameterError for an empty list or options out of range, InputError for a shape that `validate` refuses, and
+/// ResourceError when this build or this machine cannot render (or not that many triangles: 2^29 a shape).
+RenderedImage render_image(const std::vector<RenderItem>& items, const RenderOptions& options = {});
+
+/// Writes `render_image` as a PNG file: complete, or not at all. Throws what `render_image` throws, and ResourceError
+/// when the file cannot be written.
+void render_meshes(const std::vector<RenderItem>& items, const RenderOptions& options,
+                   const std::filesystem::path& png);
+
+}  // namespace voxcarve

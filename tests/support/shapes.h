@@ -1,0 +1,36 @@
+// Shapes and slow, obvious twins that several test files use.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/mesh/triangle_soup.h"
+#include "common/volume/grid.h"
+
+namespace voxcarve::test {
+
+/// A soup with its triangles turned round.
+TriangleSoup inside_out(TriangleSoup soup);
+
+/// Both soups in one.
+TriangleSoup joined(const std::vector<TriangleSoup>& parts);
+
+/// A frame of dims voxels of size `voxel_size` with its lower corner at `origin`.
+GridFrame frame_of(const Index3& dims, const Point& origin = Point::Zero(), double voxel_size = 1);
+
+/// A volume whose voxels are interior with probability `fill`, the same for the same seed.
+BinaryVolume random_volume(const Index3& dims, double fill, std::uint64_t seed);
+
+/// The file of DATA, or nothing when VOXCARVE_DATA is not set or the file is not there.
+std::optional<std::filesystem::path> data_file(const std::string& name);
+
+}  // namespace voxcarve::test
+
+/// Skips the test, visibly, when a file of the external models is missing; otherwise declares `path`.
+#define VOXCARVE_REQUIRE_DATA(path, name)                                                     \
+  const auto path##_found = voxcarve::test::data_file(name);                                  \
+  if (!path##_found) GTEST_SKIP() << "needs " << (name) << " in the folder VOXCARVE_DATA";    \
+  const std::filesystem::path path = *path##_found
