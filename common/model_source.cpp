@@ -26,7 +26,8 @@ Model volume_model(const std::filesystem::path& path, const ModelSourceOptions& 
   const auto [low, high] = std::ranges::minmax(file.values.values);
   const bool is_image = file.values.frame.is_image();
   const double middle = 0.5 * (static_cast<double>(low) + static_cast<double>(high));
-  const double iso_value = options.iso_value.value_or(middle);
+  // Binary values are 0 and 1 here, whatever the file called them: an iso-value in the file's own units says nothing.
+  const double iso_value = file.is_binary ? 0.5 : options.iso_value.value_or(middle);
   if (!options.iso_value && !file.is_binary) {
     notices.push_back(path.filename().string() + ": no --iso was given; took " + format_real(iso_value) + ", the middle of the values from " +
                       format_real(static_cast<double>(low)) + " to " + format_real(static_cast<double>(high)));

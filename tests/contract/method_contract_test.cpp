@@ -132,8 +132,12 @@ TEST_P(EveryMethod, LeavesTheInputAlone) {
     const Model before = model;
     run(model);
     EXPECT_EQ(before.shape.index(), model.shape.index());
-    if (model.soup() != nullptr) EXPECT_EQ(*model.soup(), *before.soup());
-    if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) EXPECT_EQ(*volume, std::get<BinaryVolume>(before.shape));
+    if (model.soup() != nullptr) {
+      EXPECT_EQ(*model.soup(), *before.soup());
+    }
+    if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
+      EXPECT_EQ(*volume, std::get<BinaryVolume>(before.shape));
+    }
   }
 }
 

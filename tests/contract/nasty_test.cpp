@@ -51,7 +51,9 @@ void survive(const Model& model) {
         if (const auto* real = std::get_if<double>(&measurement.value)) {
           EXPECT_TRUE(std::isfinite(*real)) << model.name << ", " << method->info().name << ": " << measurement.key;
         }
-        if (const auto* undefined = std::get_if<Undefined>(&measurement.value)) EXPECT_FALSE(undefined->reason.empty()) << measurement.key;
+        if (const auto* undefined = std::get_if<Undefined>(&measurement.value)) {
+          EXPECT_FALSE(undefined->reason.empty()) << measurement.key;
+        }
       }
     }
   }

@@ -38,7 +38,9 @@ TEST(IsosurfaceProperty, RandomVolumesGiveManifoldsOfTheirDigitalTopology) {
     // The boundary of a solid has twice its Euler characteristic.
     ASSERT_EQ(topology.euler_characteristic, 2 * (betti.b0 - betti.b1 + betti.b2)) << "seed " << seed;
     // So the genera add up to the tunnels.
-    if (!surface.empty()) ASSERT_EQ(topology.genus.value_or(-1), betti.b1) << "seed " << seed;
+    if (!surface.empty()) {
+      ASSERT_EQ(topology.genus.value_or(-1), betti.b1) << "seed " << seed;
+    }
   }
 }
 

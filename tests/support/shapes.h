@@ -29,8 +29,8 @@ std::optional<std::filesystem::path> data_file(const std::string& name);
 
 }  // namespace voxcarve::test
 
-/// Skips the test, visibly, when a file of the external models is missing; otherwise declares `path`.
-#define VOXCARVE_REQUIRE_DATA(path, name)                                                     \
-  const auto path##_found = voxcarve::test::data_file(name);                                  \
-  if (!path##_found) GTEST_SKIP() << "needs " << (name) << " in the folder VOXCARVE_DATA";    \
-  const std::filesystem::path path = *path##_found
+/// Skips the test, visibly, when a file of the external models is missing; otherwise declares its path.
+#define VOXCARVE_REQUIRE_DATA(variable, name)                                                  \
+  const auto variable##_found = voxcarve::test::data_file(name);                               \
+  if (!variable##_found) GTEST_SKIP() << "needs " << (name) << " in the folder VOXCARVE_DATA"; \
+  const std::filesystem::path variable = *variable##_found
