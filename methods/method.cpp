@@ -65,6 +65,7 @@ MethodResult Method::run(const Model& model, const Parameters& parameters, RunCo
   validate(model);
   if (const auto reason = unsupported(model, parameters)) throw InputError(reason->text);
   context.clear_log();
+  context.check_cancelled();
   MethodResult result = do_run(model, parameters, context);
   if (!result.levels || result.levels->size() == 0) {
     throw MethodFailure(info().name + " left nothing of " + model.name);

@@ -14,7 +14,7 @@ const std::vector<MetricColumn>& volume_columns();
 
 /// Voxels, interior and exterior components and Betti numbers of a volume or image, in the digital topology of
 /// common/volume/betti.h. The interior components count 6-connected (in an image 4-connected), the exterior ones
-/// 18-connected (8-connected), the unbounded one included. Keys begin with "volume.".
+/// 18-connected (8-connected), the unbounded one included. Keys begin with "voxels.".
 std::vector<Measurement> measure_volume(const BinaryVolume& volume, RunContext& context);
 
 }  // namespace voxcarve

@@ -5,8 +5,6 @@
 
 namespace voxcarve {
 
-namespace {
-
 std::vector<Index3> neighbour_offsets(Connectivity connectivity, bool image) {
   std::vector<Index3> offsets;
   const std::int64_t depth = image ? 0 : 1;
@@ -20,8 +18,6 @@ std::vector<Index3> neighbour_offsets(Connectivity connectivity, bool image) {
   }
   return offsets;
 }
-
-}  // namespace
 
 Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity, RunContext& context) {
   context.require_memory(volume.values.size() * (sizeof(std::int32_t) + 1), "component labelling");

@@ -14,6 +14,7 @@ std::vector<ParameterSpec> voxelization_parameters() {
                             "parity count (for holes and cracks) or ray stabbing (for parts that overlap; keeps the intersection of the directions' line hulls)"),
       ParameterSpec::choice("directions", {"1", "3", "13"}, "3", "ray directions: one axis, the three axes, or the axes and the ten face normals of the icosahedron"),
       ParameterSpec::choice("axis", {"x", "y", "z"}, "y", "the axis of the rays when directions=1"),
+      ParameterSpec::toggle("flip_islands", true, "parity: flip islands and voids in which no voxel has the votes of half of the directions; off is the paper's rule alone"),
   };
 }
 
@@ -21,6 +22,7 @@ VoxelizeOptions voxelize_options(const Parameters& parameters) {
   VoxelizeOptions options;
   options.classifier = classifier_from(parameters.choice("classifier"));
   options.directions = std::stoi(parameters.choice("directions"));
+  options.flip_islands = parameters.toggle("flip_islands");
   options.axis = parameters.choice("axis")[0] - 'x';
   return options;
 }
@@ -34,6 +36,10 @@ BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& paramete
     if (axis.invalid_columns == 0) continue;
     context.notice(std::string("along ") + "xyz"[axis.axis] + ", " + std::to_string(axis.invalid_columns) + " of " + std::to_string(axis.columns) +
                    " voxel columns that meet the surface cross it an odd number of times and do not vote");
+  }
+  if (report.flipped_islands > 0) {
+    context.notice(std::to_string(report.flipped_islands) + " islands and voids, " + std::to_string(report.flipped_voxels) +
+                   " voxels, were flipped: fewer than half of the directions had voted for any of their voxels");
   }
   return volume;
 }

@@ -10,6 +10,7 @@
 #include "common/mesh/line_stabber.h"
 #include "common/run/errors.h"
 #include "common/volume/axis_scan.h"
+#include "common/volume/labelling.h"
 
 namespace voxcarve {
 
@@ -117,15 +118,13 @@ TriangleSoup in_voxel_units(const TriangleSoup& soup, const GridFrame& frame) {
 /// thousandth of a voxel the way that the axes move it infinitesimally.
 const Point kObliqueShift(0x1p-10, 0x1p-13, 0x1p-16);
 
-/// True when the directions still to come cannot change the majority.
-bool is_decided(std::uint8_t interior, std::uint8_t exterior, std::int64_t remaining) {
-  return interior > exterior + remaining || exterior >= interior + remaining;
+/// More than half of all directions: no vote to come changes the class, nor that it is vouched for.
+bool is_decided(std::uint8_t interior, std::uint8_t exterior, int directions) {
+  return 2 * std::max(interior, exterior) > directions;
 }
 
-/// Lets every voxel that is still open vote along one direction that is no axis. `remaining` counts this direction and
-/// those after it; the stabber is in voxel units.
-void vote_oblique(const LineStabber& stabber, Classifier classifier, std::int64_t remaining, Votes& votes, Stage& stage,
-                  RunContext& context) {
+/// Lets every voxel that is still open vote along one direction that is no axis. The stabber is in voxel units.
+void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Votes& votes, Stage& stage, RunContext& context) {
   const GridFrame& frame = votes.interior.frame;
   parallel_for(context, 0, frame.dims[2], 1, [&](std::int64_t begin, std::int64_t end) {
     std::vector<Crossing> crossings;
@@ -135,14 +134,14 @@ void vote_oblique(const LineStabber& stabber, Classifier classifier, std::int64_
           const std::size_t index = votes.interior.index(i, j, k);
           std::uint8_t& interior = votes.interior.values[index];
           std::uint8_t& exterior = votes.exterior.values[index];
-          if (classifier == Classifier::kStabbing ? exterior != 0 : is_decided(interior, exterior, remaining)) continue;
+          if (options.classifier == Classifier::kStabbing ? exterior != 0 : is_decided(interior, exterior, options.directions)) continue;
           const Point center = Index3(i, j, k).cast<double>() + Point::Constant(0.5) + kObliqueShift;
           const double depth = center.dot(stabber.frame().w);
           crossings.clear();
           stabber.append_crossings(center.dot(stabber.frame().u), center.dot(stabber.frame().v), crossings);
           const auto in_front = std::ranges::count_if(crossings, [depth](const Crossing& c) { return c.depth <= depth; });
           const auto total = static_cast<std::int64_t>(crossings.size());
-          if (classifier == Classifier::kStabbing) {
+          if (options.classifier == Classifier::kStabbing) {
             if (in_front == 0 || in_front == total) exterior = 1;
           } else if (total % 2 == 0) {
             ++(in_front % 2 != 0 ? interior : exterior);
@@ -152,6 +151,50 @@ void vote_oblique(const LineStabber& stabber, Classifier classifier, std::int64_
     }
     stage.advance(end - begin);
   });
+}
+
+/// Components of {volume == value} that hold no voxel which at least half of the directions voted for, and that do not
+/// reach the border of the grid where they are exterior. Exterior is 18-connected and interior 6-connected, as in the isosurface.
+void flip_islands(const Votes& votes, std::uint8_t value, int directions, BinaryVolume& volume, RunContext& context, VoxelizeReport* report) {
+  const GridFrame& frame = volume.frame;
+  const Grid<std::uint8_t>& own = value != 0 ? votes.interior : votes.exterior;
+  const Connectivity connectivity = value != 0 ? Connectivity::kFace : Connectivity::kEdge;
+  const std::vector<Index3> offsets = neighbour_offsets(connectivity, frame.is_image());
+  const auto is_vouched = [&](const Index3& v) { return 2 * own(v[0], v[1], v[2]) >= directions; };
+  Grid<std::uint8_t> seen(frame);
+  std::vector<Index3> island;
+  for (std::int64_t k = 0; k < frame.dims[2]; ++k) {
+    context.check_cancelled();
+    for (std::int64_t j = 0; j < frame.dims[1]; ++j) {
+      for (std::int64_t i = 0; i < frame.dims[0]; ++i) {
+        if (volume(i, j, k) != value || seen(i, j, k) != 0 || is_vouched({i, j, k})) continue;
+        // The whole of the part that is not vouched for, even once it proves grounded, so that it is seen only once.
+        bool grounded = false;
+        island.assign(1, Index3(i, j, k));
+        seen(i, j, k) = 1;
+        for (std::size_t next = 0; next < island.size(); ++next) {
+          for (const Index3& offset : offsets) {
+            const Index3 neighbour = island[next] + offset;
+            if (!frame.contains(neighbour)) {
+              grounded = grounded || value == 0;
+            } else if (volume(neighbour[0], neighbour[1], neighbour[2]) == value) {
+              if (is_vouched(neighbour)) {
+                grounded = true;
+              } else if (seen(neighbour[0], neighbour[1], neighbour[2]) == 0) {
+                seen(neighbour[0], neighbour[1], neighbour[2]) = 1;
+                island.push_back(neighbour);
+              }
+            }
+          }
+        }
+        if (grounded) continue;
+        for (const Index3& v : island) volume(v[0], v[1], v[2]) = static_cast<std::uint8_t>(1 - value);
+        if (report == nullptr) continue;
+        ++report->flipped_islands;
+        report->flipped_voxels += static_cast<std::int64_t>(island.size());
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -204,7 +247,7 @@ BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const Vo
                       VoxelizeReport* report) {
   const std::vector<Point> directions = voxelization_directions(options.directions, options.axis);
   const auto voxels = static_cast<std::uint64_t>(frame.voxels());
-  context.require_memory(3 * voxels + soup.positions.size() * 3 * sizeof(std::int64_t) + columns_across(frame, 2) * 8, "voxelization");
+  context.require_memory(4 * voxels + soup.positions.size() * 3 * sizeof(std::int64_t) + columns_across(frame, 2) * 8, "voxelization");
   const std::size_t axes = options.directions == 1 ? 1 : 3;
   const std::size_t oblique = directions.size() - axes;
   Stage stage(context, "voxelization",
@@ -223,15 +266,19 @@ BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const Vo
     const TriangleSoup local = in_voxel_units(soup, frame);
     for (std::size_t d = axes; d < directions.size(); ++d) {
       const StabFrame direction = StabFrame::along(directions[d]);
-      context.require_memory(3 * voxels + LineStabber::memory_estimate(local, direction, 1.0), "voxelization");
+      context.require_memory(4 * voxels + LineStabber::memory_estimate(local, direction, 1.0), "voxelization");
       const LineStabber stabber(local, direction, 1.0);
-      vote_oblique(stabber, options.classifier, static_cast<std::int64_t>(directions.size() - d), votes, stage, context);
+      vote_oblique(stabber, options, votes, stage, context);
     }
   }
   BinaryVolume volume(frame);
   std::ranges::transform(votes.interior.values, votes.exterior.values, volume.values.begin(), [&](std::uint8_t in, std::uint8_t out) {
     return static_cast<std::uint8_t>(options.classifier == Classifier::kStabbing ? out == 0 : in > out);
   });
+  if (options.classifier == Classifier::kParity && options.flip_islands) {
+    // Voids first: one inside an island must not outlive it.
+    for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{1}}) flip_islands(votes, value, options.directions, volume, context, report);
+  }
   return volume;
 }
 

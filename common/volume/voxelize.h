@@ -26,6 +26,11 @@ struct VoxelizeOptions {
   Classifier classifier = Classifier::kParity;
   int directions = 3;  ///< 1 (`axis`), 3 (the axes) or 13 (with the face normals of the regular icosahedron)
   int axis = 1;        ///< of the rays when directions == 1: 0 x, 1 y, 2 z
+  /// Parity count: flip islands and voids that are nowhere vouched for. Near a hole only few rays are valid, and where
+  /// these few disagree the majority leaves specks. A voxel is vouched for when at least half of all directions voted for
+  /// its class; of a watertight model every voxel is. A component of the interior, or of the exterior without way out,
+  /// in which no voxel is vouched for, takes the other class. Off gives the paper's rule alone.
+  bool flip_islands = true;
 };
 
 /// What the classification met on its way.
@@ -38,6 +43,8 @@ struct VoxelizeReport {
     std::int64_t invalid_columns = 0;
   };
   std::vector<Axis> axes;
+  std::int64_t flipped_islands = 0;  ///< components flipped for want of votes, islands and voids
+  std::int64_t flipped_voxels = 0;   ///< voxels in them
 };
 
 /// Unit vectors of `count` in {1, 3, 13} directions: the axes (or `axis` alone), then the ten distinct face normals of
@@ -52,7 +59,8 @@ GridFrame voxel_frame(const Box& box, std::int64_t resolution);
 /// papers snap them to a pixel raster, so no direction adds an error of its own. Vertices are rounded to 2^-16 voxel
 /// (coarser for more than 8192 voxels a side); on this lattice a ray through a shared edge or vertex counts exactly
 /// once, as if all voxel centres were moved by (e, e^2, e^3) for an infinitesimal e (along directions that are no axis,
-/// by 2^-10, 2^-13 and 2^-16 voxel). Edge-on triangles never count. No valid vote, and ties, are exterior.
+/// by 2^-10, 2^-13 and 2^-16 voxel). Edge-on triangles never count. No valid vote, and ties, are
+/// exterior [NT03, 3.1].
 ///
 /// Ray stabbing gives the intersection of the line hulls of the soup along the directions: of a set of parts not the
 /// union but something larger that no ray enters from outside.

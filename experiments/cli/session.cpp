@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "common/run/errors.h"
@@ -40,11 +41,17 @@ void handle_interrupts() {
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // every thread started later inherits this
   std::thread([signals] {
-    for (bool asked = false;; asked = true) {
+    // A shell or a job control may send the same request to a process and to its group: what comes within this time of
+    // the first signal is taken for the same request.
+    constexpr auto kSameRequest = std::chrono::milliseconds(300);
+    std::optional<std::chrono::steady_clock::time_point> first;
+    for (;;) {
       int signal = 0;
       sigwait(&signals, &signal);
+      const auto now = std::chrono::steady_clock::now();
       const std::scoped_lock lock(g_session_mutex);
-      if (asked || g_session_stop == nullptr) _exit(static_cast<int>(ExitCode::kCancelled));
+      if (g_session_stop == nullptr || (first && now - *first > kSameRequest)) _exit(static_cast<int>(ExitCode::kCancelled));
+      if (!first) first = now;
       g_session_stop->request_stop();
     }
   }).detach();

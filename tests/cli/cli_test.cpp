@@ -130,7 +130,7 @@ TEST_F(Program, WritesVolumesOnTheInputsGridAndReadsThemBack) {
   };
   EXPECT_EQ(size_of("opened.nrrd"), size_of("t.nrrd"));
   EXPECT_NE(size_of("dilated.nrrd"), size_of("t.nrrd"));
-  EXPECT_EQ(run_json("measure t.nrrd")["a"]["volume"]["b1"], 1);
+  EXPECT_EQ(run_json("measure t.nrrd")["a"]["voxels"]["b1"], 1);
 }
 
 TEST_F(Program, ComparesAllMethods) {
@@ -169,7 +169,7 @@ TEST_F(Program, RefusesUsageErrorsWithCode2) {
   expect_refusal("run qslin model:torus", 2, "did you mean 'qslim'?");
   expect_refusal("run nooruddin-turk model:torus --set resolutoin=8", 2, "did you mean 'resolution'?");
   expect_refusal("run nooruddin-turk model:torus --set resolution=0", 2, "must be an integer");
-  expect_refusal("run qslim model:torsu", 2, "did you mean 'torus'?");
+  expect_refusal("run qslim model:toruss", 2, "did you mean 'torus'?");
   expect_refusal("run qslim model:torus -o out.xyz", 2, "extension");
   expect_refusal("run qslim model:torus --level 5", 2, "there is no level 5");
   expect_refusal("compare model:torus --set nothing=1 -o r", 2, "fits none of the methods");
@@ -200,7 +200,7 @@ TEST_F(Program, FailsWithCode5AndLeavesTheOldFile) {
 }
 
 TEST_F(Program, StopsCleanlyOnInterrupt) {
-  // timeout sends SIGINT once; the run itself would take minutes.
+  // The run itself would take minutes.
   const std::string command = "cd '" + folder_.string() + "' && timeout -s INT 1 '" VOXCARVE_PROGRAM
                               "' run nooruddin-turk model:sphereflake --set resolution=1000 directions=13 -o out.ply 2>err.txt";
   const int status = std::system(command.c_str());

@@ -77,8 +77,9 @@ TEST(ReduceOpenmesh, WorksFarFromTheOriginAndAtAnyScale) {
     const TriangleSoup sphere = transformed(icosphere(Point::Zero(), 1, 3), Eigen::Affine3d(Eigen::UniformScaling<double>(scale)));
     const TriangleSoup reduced = reduce_openmesh(sphere, 200, context);
     EXPECT_LE(reduced.triangles.size(), 200U);
-    // An inscribed polyhedron of 200 triangles: within 6 % of the fine one's volume.
-    EXPECT_NEAR(signed_volume(reduced) / signed_volume(sphere), 1, 0.06) << scale;
+    // 200 equal triangles have edges with a^2 = 16 pi / (200 sqrt 3) = 0.145; inscribed, their planes lie a^2 / 8 below the
+    // sphere on average, so the best polyhedron loses 3 a^2 / 8 = 5.4 %. Half as much again is allowed.
+    EXPECT_NEAR(signed_volume(reduced) / signed_volume(sphere), 1, 0.081) << scale;
   }
 }
 
