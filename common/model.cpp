@@ -32,6 +32,16 @@ ModelKind Model::kind() const {
   return ModelKind::kImplicitSolid;
 }
 
+std::uint64_t shape_bytes(const Model& model) {
+  if (const auto* soup = model.soup()) {
+    return soup->positions.size() * sizeof(Point) + soup->triangles.size() * sizeof(Triangle) +
+           (soup->vertex_colors.size() + soup->triangle_colors.size()) * sizeof(Color);
+  }
+  if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape)) return scalar->grid.values.size() * sizeof(float);
+  if (const auto* binary = std::get_if<BinaryVolume>(&model.shape)) return binary->values.size();
+  return sizeof(ImplicitSolid);
+}
+
 void validate(const Model& model) {
   if (const auto* soup = model.soup()) {
     validate(*soup, model.name);

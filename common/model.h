@@ -1,6 +1,7 @@
 // What a method is run on.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -36,6 +37,9 @@ struct Model {
   ModelKind kind() const;
   const TriangleSoup* soup() const { return std::get_if<TriangleSoup>(&shape); }
 };
+
+/// Bytes that the shape holds.
+std::uint64_t shape_bytes(const Model& model);
 
 /// Throws InputError when the shape is empty, has no extent, or holds a value that is not finite.
 void validate(const Model& model);

@@ -86,7 +86,7 @@ TriangleSoup reference_surface(const Model& model, RunContext& context) {
   if (const auto* soup = model.soup()) return *soup;
   if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape)) return scalar_isosurface(scalar->grid, scalar->iso_value, context);
   if (model.kind() == ModelKind::kBinaryVolume) return isosurface(std::get<BinaryVolume>(model.shape), context);
-  throw InputError(model.name + " is an " + std::string(to_string(model.kind())) + ", which has no surface to measure");
+  throw InputError(model.name + " is an " + std::string(to_string(model.kind())) + ", which has no surface");
 }
 
 }  // namespace voxcarve

@@ -21,6 +21,11 @@ class StoredLevels final : public LevelSequence {
   std::vector<TriangleSoup> levels_;
 };
 
+std::string with_article(std::string_view noun) {
+  const bool vowel = std::string_view("aeiou").find(noun.front()) != std::string_view::npos;
+  return (vowel ? "an " : "a ") + std::string(noun);
+}
+
 }  // namespace
 
 std::shared_ptr<const LevelSequence> make_levels(std::vector<TriangleSoup> coarse_to_fine) {
@@ -31,8 +36,8 @@ std::optional<SkipReason> Method::unsupported(const Model& model, const Paramete
   const std::vector<ModelKind>& kinds = info().accepts;
   if (std::ranges::find(kinds, model.kind()) == kinds.end()) {
     std::vector<std::string> names;
-    for (const ModelKind kind : kinds) names.emplace_back(to_string(kind));
-    return SkipReason{info().name + " takes a " + join(names, " or a ") + ", not a " + std::string(to_string(model.kind()))};
+    for (const ModelKind kind : kinds) names.push_back(with_article(to_string(kind)));
+    return SkipReason{info().name + " takes " + join(names, " or ") + ", not " + with_article(to_string(model.kind()))};
   }
   return unsupported_shape(model, parameters);
 }
@@ -66,6 +71,7 @@ MethodResult Method::run(const Model& model, const Parameters& parameters, RunCo
   if (const auto reason = unsupported(model, parameters)) throw InputError(reason->text);
   context.clear_log();
   context.check_cancelled();
+  context.require_memory(shape_bytes(model), "the input itself");
   MethodResult result = do_run(model, parameters, context);
   if (!result.levels || result.levels->size() == 0) {
     throw MethodFailure(info().name + " left nothing of " + model.name);

@@ -8,7 +8,7 @@
 
 namespace voxcarve {
 
-/// Quadric edge collapse [Garland and Heckbert 1997] to at most `triangles` triangles: edges only, never vertex pairs;
+/// Quadric edge collapse [GH97] to at most `triangles` triangles: edges only, never vertex pairs;
 /// an edge is collapsed onto one of its ends, only where the link condition holds (the surface keeps its topology) and
 /// no triangle around it turns by more than a right angle or loses its area. OpenMesh's decimater with its quadric
 /// module; a surface that is not an oriented manifold is cut at its singular edges and vertices first, with a notice.

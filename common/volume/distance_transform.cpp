@@ -1,5 +1,4 @@
-// Based on Meijster, Roerdink and Hesselink, "A general algorithm for computing distance transforms in linear time"
-// (2000); differs in running the same envelope pass along all three axes, and in taking lines without any feature apart.
+// Based on [MRH00]; differs in running the same envelope pass along all three axes, and in taking lines without any feature apart.
 #include "common/volume/distance_transform.h"
 
 #include <algorithm>

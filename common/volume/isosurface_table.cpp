@@ -1,4 +1,4 @@
-// Based on marching cubes [Lorensen and Cline 1987] with the face rule of a table that leaves no holes [NT03, 5.1];
+// Based on marching cubes [LC87] with the face rule of a table that leaves no holes [NT03, 5.1];
 // differs in deriving the table from its rule, which forbids diagonals in cube faces.
 #include "common/volume/isosurface_table.h"
 

@@ -247,11 +247,11 @@ BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const Vo
                       VoxelizeReport* report) {
   const std::vector<Point> directions = voxelization_directions(options.directions, options.axis);
   const auto voxels = static_cast<std::uint64_t>(frame.voxels());
-  context.require_memory(4 * voxels + soup.positions.size() * 3 * sizeof(std::int64_t) + columns_across(frame, 2) * 8, "voxelization");
   const std::size_t axes = options.directions == 1 ? 1 : 3;
   const std::size_t oblique = directions.size() - axes;
   Stage stage(context, "voxelization",
               static_cast<std::int64_t>(axes * soup.triangles.size()) + static_cast<std::int64_t>(oblique) * frame.dims[2]);
+  context.require_memory(4 * voxels + soup.positions.size() * 3 * sizeof(std::int64_t) + columns_across(frame, 2) * 8, "voxelization");
   Votes votes(frame);
   {
     const LatticeSoup lattice(soup, frame);

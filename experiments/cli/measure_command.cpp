@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/run/errors.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
@@ -33,8 +34,10 @@ Measured measure_one(Session& session, const std::string& input, const MetricOpt
   const Model model = session.open(input);
   session.announce(model.name);
   Measured measured;
-  measured.surface = reference_surface(model, session.context());
-  measured.measurements = measure_shape(measured.surface, options, session.context());
+  if (model.kind() != ModelKind::kImage) {  // an image has no surface; its voxels are measured below
+    measured.surface = reference_surface(model, session.context());
+    measured.measurements = measure_shape(measured.surface, options, session.context());
+  }
   if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
     const auto of_volume = measure_volume(*volume, session.context());
     measured.measurements.insert(measured.measurements.end(), of_volume.begin(), of_volume.end());
@@ -42,12 +45,18 @@ Measured measure_one(Session& session, const std::string& input, const MetricOpt
   return measured;
 }
 
-void add_rows(Table& table, const std::vector<Measurement>& measurements, const std::vector<MetricColumn>& columns, const std::string& prefix) {
-  for (const Measurement& measurement : measurements) {
-    std::string unit;
-    for (const MetricColumn& column : columns) {
-      if (column.key == measurement.key) unit = column.unit;
+std::string unit_of(const std::string& key) {
+  for (const auto* columns : {&shape_columns(), &pair_columns(), &volume_columns()}) {
+    for (const MetricColumn& column : *columns) {
+      if (column.key == key) return column.unit;
     }
+  }
+  return "";
+}
+
+void add_rows(Table& table, const std::vector<Measurement>& measurements, const std::string& prefix) {
+  for (const Measurement& measurement : measurements) {
+    const std::string unit = unit_of(measurement.key);
     table.rows.push_back({prefix + measurement.key, exact_text(measurement.value), unit});
   }
 }
@@ -57,15 +66,16 @@ void measure(const MeasureOptions& options) {
   const Measured a = measure_one(session, options.a, options.metrics);
   Json json = {{"a", to_json(a.measurements)}};
   Table table{{"metric", "value", "unit"}, {}};
-  add_rows(table, a.measurements, shape_columns(), options.b.empty() ? "" : "a.");
+  add_rows(table, a.measurements, options.b.empty() ? "" : "a.");
   if (!options.b.empty()) {
     const Measured b = measure_one(session, options.b, options.metrics);
+    if (a.surface.empty() || b.surface.empty()) throw InputError("a pair needs two surfaces; " + (a.surface.empty() ? options.a : options.b) + " has none");
     session.announce("pair");
     const auto pair = measure_pair(a.surface, b.surface, options.metrics, session.context());
     json["b"] = to_json(b.measurements);
     json.update(to_json(pair));
-    add_rows(table, b.measurements, shape_columns(), "b.");
-    add_rows(table, pair, pair_columns(), "");
+    add_rows(table, b.measurements, "b.");
+    add_rows(table, pair, "");
   }
   if (options.common.json) {
     print_json(json);

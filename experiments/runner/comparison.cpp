@@ -127,7 +127,7 @@ Table full_table(const std::string& model, const std::vector<ComparisonRow>& row
     const std::string status = std::string(to_string(row.status)) + (row.reason.empty() ? "" : ": " + row.reason);
     std::vector<std::string> cells = {model, row.method, status, row.parameters};
     for (const std::string& key : keys) {
-      cells.push_back(row.status == RunStatus::kDone ? exact_text(value_of(row.measurements, key)) : "undefined: " + status);
+      cells.push_back(row.status == RunStatus::kDone ? exact_text(value_of(row.measurements, key)) : "undefined: " + std::string(to_string(row.status)));
     }
     cells.push_back(format_real(row.seconds));
     table.rows.push_back(std::move(cells));

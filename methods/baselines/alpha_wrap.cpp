@@ -1,5 +1,5 @@
-// Based on CGAL 5.5's Alpha_wrap_3 [AW22], with its own defaults for the ratio of alpha and offset; differs in lengths as
-// shares of the diagonal, in moving the model to the unit box first, and in being cancellable.
+// Based on CGAL 5.5's Alpha_wrap_3 [AW22]; differs in lengths as shares of the diagonal, in moving the model to the unit
+// box first, and in being cancellable.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "common/mesh/reduction.h"
+#include "common/model_source.h"
 #include "common/run/errors.h"
 #include "methods/baselines/baselines.h"
 
@@ -70,9 +71,9 @@ TriangleSoup wrap(const TriangleSoup& soup, double alpha, double offset, RunCont
   if (faces.empty()) throw MethodFailure("alpha-wrap needs a triangle with an area");
   // Vertices of the wrap lie about alpha apart on a surface of a few squared diagonals; each takes its tetrahedra along.
   constexpr double kBytesPerVertex = 4000;
-  context.require_memory(static_cast<std::uint64_t>(kBytesPerVertex * 4 / (alpha * alpha)) + 400 * faces.size(), "alpha-wrap");
   constexpr std::int64_t kFirstGuess = 1 << 16;
   Stage stage(context, "alpha wrap", kFirstGuess);
+  context.require_memory(static_cast<std::uint64_t>(kBytesPerVertex * 4 / (alpha * alpha)) + 400 * faces.size(), "alpha-wrap");
   WrapVisitor visitor(stage, kFirstGuess);
   CgalMesh mesh;
   try {
@@ -91,7 +92,7 @@ class AlphaWrap final : public Method {
 
  protected:
   MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const override {
-    TriangleSoup surface = wrap(*model.soup(), parameters.real("alpha"), parameters.real("offset"), context);
+    TriangleSoup surface = wrap(reference_surface(model, context), parameters.real("alpha"), parameters.real("offset"), context);
     if (surface.empty()) throw MethodFailure("alpha-wrap left nothing of " + model.name);
     const std::int64_t triangles = parameters.integer("triangles");
     if (triangles > 0) surface = reduce_openmesh(surface, triangles, context);
@@ -106,7 +107,7 @@ class AlphaWrap final : public Method {
     info.name = "alpha-wrap";
     info.summary = "CGAL's shrink-wrapped offset surface, reduced: what a user would pick today";
     info.citation = "AW22";
-    info.accepts = {ModelKind::kSoup};
+    info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
     info.parameters.specs = {
         ParameterSpec::real("alpha", "diag", 0.001, 1, 0.02, "openings smaller than this are not entered"),
         ParameterSpec::real("offset", "diag", 0.0001, 0.5, 0.001, "distance of the wrap from the input"),

@@ -7,7 +7,7 @@
 
 namespace voxcarve {
 
-/// The input itself.
+/// The input itself; of a volume its isosurface.
 std::unique_ptr<Method> make_identity();
 
 /// Quadric edge collapse alone, which keeps the topology [GH97].

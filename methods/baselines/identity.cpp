@@ -1,3 +1,4 @@
+#include "common/model_source.h"
 #include "methods/baselines/baselines.h"
 
 namespace voxcarve {
@@ -9,9 +10,9 @@ class Identity final : public Method {
   const MethodInfo& info() const override { return info_; }
 
  protected:
-  MethodResult do_run(const Model& model, const Parameters&, RunContext&) const override {
+  MethodResult do_run(const Model& model, const Parameters&, RunContext& context) const override {
     MethodResult result;
-    result.levels = make_levels({*model.soup()});
+    result.levels = make_levels({reference_surface(model, context)});
     return result;
   }
 
@@ -19,8 +20,8 @@ class Identity final : public Method {
   static MethodInfo make_info() {
     MethodInfo info;
     info.name = "identity";
-    info.summary = "the input, unchanged: what every other row is measured against";
-    info.accepts = {ModelKind::kSoup};
+    info.summary = "the input's own surface, unchanged: what every other row is measured against";
+    info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
     info.baseline = true;
     return info;
   }

@@ -1,5 +1,6 @@
 // Based on [GH97], edges only, through OpenMesh; a soup that is no manifold is cut to one first.
 #include "common/mesh/reduction.h"
+#include "common/model_source.h"
 #include "methods/baselines/baselines.h"
 
 namespace voxcarve {
@@ -13,7 +14,7 @@ class QSlim final : public Method {
  protected:
   MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const override {
     // Files without shared vertices would fall apart into triangles that nothing can be collapsed in.
-    const TriangleSoup welded = merge_equal_positions(*model.soup());
+    const TriangleSoup welded = merge_equal_positions(reference_surface(model, context));
     MethodResult result;
     result.levels = make_levels({reduce_openmesh(welded, parameters.integer("triangles"), context)});
     return result;
@@ -25,7 +26,7 @@ class QSlim final : public Method {
     info.name = "qslim";
     info.summary = "quadric edge collapse alone, which keeps the topology";
     info.citation = "GH97";
-    info.accepts = {ModelKind::kSoup};
+    info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
     info.parameters.specs = {ParameterSpec::integer("triangles", "triangles", 4, std::int64_t{1} << 32, 1000, "collapse edges until at most this many triangles are left")};
     info.baseline = true;
     return info;

@@ -1,76 +1,21 @@
 // The program as a user runs it: exit codes, one line on errors, no partial files, JSON.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "experiments/render/render.h"
-#include "tests/support/shapes.h"
+#include "tests/cli/program.h"
 
 namespace voxcarve {
 namespace {
 
 using nlohmann::json;
+using test::Outcome;
+using test::Program;
+using test::read_text;
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int code = -1;
-  std::string out;
-  std::string err;
-};
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// A folder of its own for every test, removed afterwards.
-class Program : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "voxcarve-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Outcome run(const std::string& arguments) const {
-    const std::string command = "cd '" + folder_.string() + "' && '" VOXCARVE_PROGRAM "' " + arguments + " >out.txt 2>err.txt";
-    const int status = std::system(command.c_str());
-    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder_ / "out.txt"), read_text(folder_ / "err.txt")};
-    fs::remove(folder_ / "out.txt");
-    fs::remove(folder_ / "err.txt");
-    return outcome;
-  }
-  json run_json(const std::string& arguments) const {
-    const Outcome outcome = run(arguments + " --json");
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return json::parse(outcome.out, nullptr, false);
-  }
-  void expect_refusal(const std::string& arguments, int code, const std::string& part) const {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.err;
-    EXPECT_TRUE(outcome.err.starts_with("voxcarve: ")) << outcome.err;
-    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
-    EXPECT_TRUE(outcome.out.empty()) << outcome.out;
-  }
-  std::vector<std::string> files() const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_)) names.push_back(entry.path().filename().string());
-    std::ranges::sort(names);
-    return names;
-  }
-  fs::path folder_;
-};
 
 TEST_F(Program, ListsMethodsAndTheirParameters) {
   const json methods = run_json("methods");

@@ -206,11 +206,9 @@ TEST_P(EveryMethod, ReportsMonotoneProgress) {
 }
 
 TEST_P(EveryMethod, FailsBeforeItExceedsItsMemoryBudget) {
-  if (method().info().name == "identity") GTEST_SKIP() << "identity allocates nothing but a copy";
   for (const Model& model : supported()) {
-    if (method().info().name == "qslim") continue;  // leaves small soups as they are
     RunContext context;
-    context.memory_budget = 64;  // bytes
+    context.memory_budget = 16;  // bytes: less than any model here
     EXPECT_THROW(method().run(model, defaults_of(method()), context), ResourceError) << model.name;
   }
 }
@@ -220,7 +218,9 @@ TEST_P(EveryMethod, KeepsItsPromiseOfAClosedManifold) {
     RunContext context;
     const MethodResult result = method().run(model, defaults_of(method()), context);
     const auto checks = method().check_invariants(model, defaults_of(method()), result, context);
-    EXPECT_EQ(checks.empty(), !method().info().closed_manifold);
+    if (method().info().closed_manifold) {
+      EXPECT_FALSE(checks.empty());
+    }
     for (const InvariantCheck& check : checks) EXPECT_TRUE(check.holds) << model.name << ": " << check.name << ", " << check.detail;
   }
 }
