@@ -18,9 +18,12 @@ namespace {
 
 constexpr std::string_view kModelPrefix = "model:";
 
-std::string file_stem(const std::filesystem::path& path) { return path.stem().string(); }
+std::string file_stem(const std::filesystem::path& path) {
+  return path.stem().string();
+}
 
-Model volume_model(const std::filesystem::path& path, const ModelSourceOptions& options, std::vector<std::string>& notices) {
+Model volume_model(const std::filesystem::path& path, const ModelSourceOptions& options,
+                   std::vector<std::string>& notices) {
   VolumeFile file = read_volume(path);
   notices.insert(notices.end(), file.notices.begin(), file.notices.end());
   const auto [low, high] = std::ranges::minmax(file.values.values);
@@ -29,8 +32,9 @@ Model volume_model(const std::filesystem::path& path, const ModelSourceOptions& 
   // Binary values are 0 and 1 here, whatever the file called them: an iso-value in the file's own units says nothing.
   const double iso_value = file.is_binary ? 0.5 : options.iso_value.value_or(middle);
   if (!options.iso_value && !file.is_binary) {
-    notices.push_back(path.filename().string() + ": no --iso was given; took " + format_real(iso_value) + ", the middle of the values from " +
-                      format_real(static_cast<double>(low)) + " to " + format_real(static_cast<double>(high)));
+    notices.push_back(path.filename().string() + ": no --iso was given; took " + format_real(iso_value) +
+                      ", the middle of the values from " + format_real(static_cast<double>(low)) + " to " +
+                      format_real(static_cast<double>(high)));
   }
   Model model;
   model.name = file_stem(path);
@@ -39,18 +43,22 @@ Model volume_model(const std::filesystem::path& path, const ModelSourceOptions& 
     return model;
   }
   BinaryVolume binary(file.values.frame);
-  std::ranges::transform(file.values.values, binary.values.begin(),
-                         [iso_value](float value) { return static_cast<std::uint8_t>(static_cast<double>(value) >= iso_value); });
+  std::ranges::transform(file.values.values, binary.values.begin(), [iso_value](float value) {
+    return static_cast<std::uint8_t>(static_cast<double>(value) >= iso_value);
+  });
   // One value only: all of it is what the file calls it, foreground for anything but 0.
   if (low == high) std::ranges::fill(binary.values, static_cast<std::uint8_t>(low != 0));
   model.shape = std::move(binary);
   return model;
 }
 
-Model file_model(const std::filesystem::path& path, const ModelSourceOptions& options, std::vector<std::string>& notices) {
+Model file_model(const std::filesystem::path& path, const ModelSourceOptions& options,
+                 std::vector<std::string>& notices) {
   if (is_volume_file(path)) return volume_model(path, options, notices);
   if (!mesh_format(path)) {
-    throw InputError(path.string() + ": its extension names no format that can be read; use PLY, OBJ, OFF, STL, NRRD, MHD, MHA, PNG, PBM, PGM or model:NAME");
+    throw InputError(path.string() +
+                     ": its extension names no format that can be read; use PLY, OBJ, OFF, STL, NRRD, MHD, MHA, PNG, "
+                     "PBM, PGM or model:NAME");
   }
   return Model{file_stem(path), read_mesh(path)};
 }
@@ -68,7 +76,8 @@ Model open_model(const std::string& input, const ModelSourceOptions& options, st
   if (input.starts_with(kModelPrefix)) {
     const std::string spec = input.substr(kModelPrefix.size());
     const std::string name = spec.substr(0, spec.find('?'));
-    const bool external = std::ranges::any_of(external_models(), [&](const ExternalModel& m) { return m.name == name; });
+    const bool external =
+        std::ranges::any_of(external_models(), [&](const ExternalModel& m) { return m.name == name; });
     if (external) {
       model = file_model(find_external(name, data_folder(options)), options, notices);
       model.name = name;
@@ -84,7 +93,8 @@ Model open_model(const std::string& input, const ModelSourceOptions& options, st
 
 TriangleSoup reference_surface(const Model& model, RunContext& context) {
   if (const auto* soup = model.soup()) return *soup;
-  if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape)) return scalar_isosurface(scalar->grid, scalar->iso_value, context);
+  if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape))
+    return scalar_isosurface(scalar->grid, scalar->iso_value, context);
   if (model.kind() == ModelKind::kBinaryVolume) return isosurface(std::get<BinaryVolume>(model.shape), context);
   throw InputError(model.name + " is an " + std::string(to_string(model.kind())) + ", which has no surface");
 }

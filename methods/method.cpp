@@ -42,12 +42,17 @@ std::optional<SkipReason> Method::unsupported(const Model& model, const Paramete
   return unsupported_shape(model, parameters);
 }
 
-std::optional<SkipReason> Method::unsupported_shape(const Model&, const Parameters&) const { return std::nullopt; }
+std::optional<SkipReason> Method::unsupported_shape(const Model&, const Parameters&) const {
+  return std::nullopt;
+}
 
-std::vector<InvariantCheck> Method::own_invariants(const Model&, const Parameters&, const MethodResult&, RunContext&) const { return {}; }
+std::vector<InvariantCheck> Method::own_invariants(const Model&, const Parameters&, const MethodResult&,
+                                                   RunContext&) const {
+  return {};
+}
 
-std::vector<InvariantCheck> Method::check_invariants(const Model& model, const Parameters& parameters, const MethodResult& result,
-                                                     RunContext& context) const {
+std::vector<InvariantCheck> Method::check_invariants(const Model& model, const Parameters& parameters,
+                                                     const MethodResult& result, RunContext& context) const {
   std::vector<InvariantCheck> checks;
   if (info().closed_manifold) {
     InvariantCheck check{"closed, oriented 2-manifold", true, ""};
@@ -56,9 +61,9 @@ std::vector<InvariantCheck> Method::check_invariants(const Model& model, const P
       const SurfaceTopology topology = analyze_topology(result.levels->extract(level));
       check.holds = topology.closed && topology.oriented && topology.nonmanifold_vertices == 0;
       if (check.holds) continue;
-      check.detail = "level " + std::to_string(level) + " has " + std::to_string(topology.boundary_edges) + " boundary edges, " +
-                     std::to_string(topology.nonmanifold_edges) + " non-manifold edges, " + std::to_string(topology.nonmanifold_vertices) +
-                     " non-manifold vertices";
+      check.detail = "level " + std::to_string(level) + " has " + std::to_string(topology.boundary_edges) +
+                     " boundary edges, " + std::to_string(topology.nonmanifold_edges) + " non-manifold edges, " +
+                     std::to_string(topology.nonmanifold_vertices) + " non-manifold vertices";
     }
     checks.push_back(std::move(check));
   }

@@ -83,13 +83,13 @@ class Method {
 
   /// Verifies what the method promises of a result of `run` with the same model and parameters: that every level is a
   /// closed, oriented 2-manifold where info() says so, then the method's own invariants.
-  std::vector<InvariantCheck> check_invariants(const Model& model, const Parameters& parameters, const MethodResult& result,
-                                               RunContext& context) const;
+  std::vector<InvariantCheck> check_invariants(const Model& model, const Parameters& parameters,
+                                               const MethodResult& result, RunContext& context) const;
 
  protected:
   virtual std::optional<SkipReason> unsupported_shape(const Model& model, const Parameters& parameters) const;
-  virtual std::vector<InvariantCheck> own_invariants(const Model& model, const Parameters& parameters, const MethodResult& result,
-                                                     RunContext& context) const;
+  virtual std::vector<InvariantCheck> own_invariants(const Model& model, const Parameters& parameters,
+                                                     const MethodResult& result, RunContext& context) const;
   virtual MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const = 0;
 };
 

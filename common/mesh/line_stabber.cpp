@@ -1,4 +1,4 @@
-// Edge functions on an integer lattice with a tie rule, after Pin88 and the simulation of simplicity of [EM90].
+// Edge functions on an integer lattice with a tie rule, after [Pin88] and the simulation of simplicity of [EM90].
 #include "common/mesh/line_stabber.h"
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
-// Based on OpenMesh's DecimaterT and ModQuadricT; differs in a flip check of its own (ModNormalFlippingT did not finish on
-// a million triangles) and in cutting non-manifold input first.
+// Based on OpenMesh's DecimaterT and ModQuadricT; differs in a flip check of its own (ModNormalFlippingT did not finish
+// on a million triangles) and in cutting non-manifold input first.
 #include "common/mesh/reduction.h"
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
@@ -43,7 +43,8 @@ class FlipCheck : public OpenMesh::Decimater::ModBaseT<MeshT> {
       const OpenMesh::Vec3d before = OpenMesh::cross(b - collapse.p0, c - collapse.p0);
       const OpenMesh::Vec3d after = OpenMesh::cross(b - collapse.p1, c - collapse.p1);
       const bool was_degenerate = before.sqrnorm() == 0;
-      if (after.sqrnorm() == 0 || (!was_degenerate && OpenMesh::dot(before, after) <= 0)) return float(Base::ILLEGAL_COLLAPSE);
+      if (after.sqrnorm() == 0 || (!was_degenerate && OpenMesh::dot(before, after) <= 0))
+        return float(Base::ILLEGAL_COLLAPSE);
     }
     return float(Base::LEGAL_COLLAPSE);
   }
@@ -74,7 +75,8 @@ HalfEdgeMesh to_half_edges(const TriangleSoup& soup, const Point& center, double
     mesh.add_vertex(OpenMesh::Vec3d(p[0], p[1], p[2]));
   }
   for (const Triangle& t : soup.triangles) {
-    const auto face = mesh.add_face(HalfEdgeMesh::VertexHandle(static_cast<int>(t[0])), HalfEdgeMesh::VertexHandle(static_cast<int>(t[1])),
+    const auto face = mesh.add_face(HalfEdgeMesh::VertexHandle(static_cast<int>(t[0])),
+                                    HalfEdgeMesh::VertexHandle(static_cast<int>(t[1])),
                                     HalfEdgeMesh::VertexHandle(static_cast<int>(t[2])));
     if (!face.is_valid()) throw MethodFailure("the surface could not be made a half-edge mesh for its reduction");
   }
@@ -109,7 +111,8 @@ TriangleSoup reduce_openmesh(const TriangleSoup& soup, std::int64_t triangles, R
   const TriangleSoup manifold = cut_to_manifold(soup);
   if (manifold.positions.size() > soup.positions.size()) {
     context.notice("the surface was cut at singular edges and vertices before its reduction: " +
-                   std::to_string(soup.positions.size()) + " vertices became " + std::to_string(manifold.positions.size()));
+                   std::to_string(soup.positions.size()) + " vertices became " +
+                   std::to_string(manifold.positions.size()));
   }
   // Roughly what half-edge connectivity, status, quadrics and the heap take for a triangle.
   constexpr std::uint64_t kBytesPerTriangle = 400;
@@ -133,7 +136,8 @@ TriangleSoup reduce_openmesh(const TriangleSoup& soup, std::int64_t triangles, R
   TriangleSoup reduced = to_soup(mesh, box.center(), scale);
   if (static_cast<std::int64_t>(reduced.triangles.size()) > triangles) {
     context.notice("the reduction stopped at " + std::to_string(reduced.triangles.size()) + " triangles, above the " +
-                   std::to_string(triangles) + " asked for: no further edge may collapse without changing the topology or flipping a triangle");
+                   std::to_string(triangles) +
+                   " asked for: no further edge may collapse without changing the topology or flipping a triangle");
   }
   return reduced;
 }

@@ -10,9 +10,9 @@
 
 namespace voxcarve {
 
-using Point = Eigen::Vector3d;                 ///< position in model units
-using Color = Eigen::Vector3f;                 ///< RGB, each in [0, 1]
-using Triangle = std::array<std::uint32_t, 3>; ///< vertex indices, counterclockwise seen from outside
+using Point = Eigen::Vector3d;                  ///< position in model units
+using Color = Eigen::Vector3f;                  ///< RGB, each in [0, 1]
+using Triangle = std::array<std::uint32_t, 3>;  ///< vertex indices, counterclockwise seen from outside
 
 /// An axis-aligned box. Empty (lower > upper) until it was extended.
 struct Box {

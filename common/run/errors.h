@@ -12,11 +12,11 @@ namespace voxcarve {
 /// Exit codes of the program; they are part of its interface.
 enum class ExitCode : int {
   kSuccess = 0,
-  kUsage = 2,      ///< the command line or a parameter is wrong
-  kBadInput = 3,   ///< a file or a model cannot be read or makes no sense
-  kResource = 4,   ///< memory, disk or a limit
-  kMethod = 5,     ///< a method could not treat this model
-  kCancelled = 130 ///< stopped on request (Ctrl-C)
+  kUsage = 2,       ///< the command line or a parameter is wrong
+  kBadInput = 3,    ///< a file or a model cannot be read or makes no sense
+  kResource = 4,    ///< memory, disk or a limit
+  kMethod = 5,      ///< a method could not treat this model
+  kCancelled = 130  ///< stopped on request (Ctrl-C)
 };
 
 /// Base of every error below. `what()` is one line without a trailing full stop.

@@ -36,7 +36,8 @@ std::optional<ParameterValue> read_value(const ParameterSpec& spec, std::string_
       return std::nullopt;
     case ParameterType::kInteger: {
       const auto value = read_number<std::int64_t>(text);
-      if (!value || static_cast<double>(*value) < spec.minimum || static_cast<double>(*value) > spec.maximum) return std::nullopt;
+      if (!value || static_cast<double>(*value) < spec.minimum || static_cast<double>(*value) > spec.maximum)
+        return std::nullopt;
       return *value;
     }
     case ParameterType::kReal: {
@@ -179,11 +180,21 @@ const ParameterValue& Parameters::at(std::string_view name) const {
   return found->second;
 }
 
-bool Parameters::toggle(std::string_view name) const { return std::get<bool>(at(name)); }
-std::int64_t Parameters::integer(std::string_view name) const { return std::get<std::int64_t>(at(name)); }
-double Parameters::real(std::string_view name) const { return std::get<double>(at(name)); }
-const std::string& Parameters::choice(std::string_view name) const { return std::get<std::string>(at(name)); }
-bool Parameters::has(std::string_view name) const { return values_.find(name) != values_.end(); }
+bool Parameters::toggle(std::string_view name) const {
+  return std::get<bool>(at(name));
+}
+std::int64_t Parameters::integer(std::string_view name) const {
+  return std::get<std::int64_t>(at(name));
+}
+double Parameters::real(std::string_view name) const {
+  return std::get<double>(at(name));
+}
+const std::string& Parameters::choice(std::string_view name) const {
+  return std::get<std::string>(at(name));
+}
+bool Parameters::has(std::string_view name) const {
+  return values_.find(name) != values_.end();
+}
 
 std::string Parameters::canonical() const {
   std::string text;

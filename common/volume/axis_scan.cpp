@@ -11,7 +11,8 @@ LatticeSoup::LatticeSoup(const TriangleSoup& soup, const GridFrame& frame) : tri
   points_.reserve(soup.positions.size());
   for (const Point& position : soup.positions) {
     // A vertex that no triangle uses may lie anywhere: clamping keeps the conversion defined.
-    const Point voxel = ((position - frame.origin) / frame.voxel_size - Point::Constant(0.5)).cwiseMin(limit).cwiseMax(-2.0);
+    const Point voxel =
+        ((position - frame.origin) / frame.voxel_size - Point::Constant(0.5)).cwiseMin(limit).cwiseMax(-2.0);
     points_.emplace_back((voxel * scale).array().round().cast<std::int64_t>());
   }
 }

@@ -32,8 +32,8 @@ class LatticeSoup {
   const std::vector<Triangle>* triangles_;
 };
 
-/// Calls visit(u, v, first) for every ray parallel to `axis` and triangle that cross: (u, v) are the voxel indices along
-/// axes axis + 1 and axis + 2 (mod 3), and `first` is the index of the first voxel centre behind the crossing, in
+/// Calls visit(u, v, first) for every ray parallel to `axis` and triangle that cross: (u, v) are the voxel indices
+/// along axes axis + 1 and axis + 2 (mod 3), and `first` is the index of the first voxel centre behind the crossing, in
 /// [0, dims[axis]]. Everything is decided as if voxel centres were moved by (e, e^2, e^3) along x, y and z, e an
 /// infinitesimal (simulation of simplicity [EM90]), so the three axes agree on a voxel centre that lies on the surface.
 /// Defined in the header because the visitor is called once a sample.
@@ -66,17 +66,21 @@ __extension__ using Wide = __int128;  ///< edge function times depth
 inline std::int64_t ceil_div(std::int64_t value, std::int64_t divisor) {
   return value >= 0 ? (value + divisor - 1) / divisor : -(-value / divisor);
 }
-inline std::int64_t floor_div(std::int64_t value, std::int64_t divisor) { return -ceil_div(-value, divisor); }
+inline std::int64_t floor_div(std::int64_t value, std::int64_t divisor) {
+  return -ceil_div(-value, divisor);
+}
 
 /// A triangle prepared for one axis: corners counterclockwise in (u, v), depths in lattice steps.
 struct ScanTriangle {
   std::array<Point2, 3> p;
   std::array<std::int64_t, 3> depth{};
-  std::int64_t area = 0;            ///< twice the projected area; 0 when seen edge-on
-  bool tie_is_in_front = false;     ///< a crossing exactly at a voxel centre lies in front of the moved centre
+  std::int64_t area = 0;         ///< twice the projected area; 0 when seen edge-on
+  bool tie_is_in_front = false;  ///< a crossing exactly at a voxel centre lies in front of the moved centre
 
-  ScanTriangle(const LatticeSoup::LatticePoint& a, const LatticeSoup::LatticePoint& b, const LatticeSoup::LatticePoint& c, int axis)
-      : p{Point2{a[(axis + 1) % 3], a[(axis + 2) % 3]}, Point2{b[(axis + 1) % 3], b[(axis + 2) % 3]}, Point2{c[(axis + 1) % 3], c[(axis + 2) % 3]}},
+  ScanTriangle(const LatticeSoup::LatticePoint& a, const LatticeSoup::LatticePoint& b,
+               const LatticeSoup::LatticePoint& c, int axis)
+      : p{Point2{a[(axis + 1) % 3], a[(axis + 2) % 3]}, Point2{b[(axis + 1) % 3], b[(axis + 2) % 3]},
+          Point2{c[(axis + 1) % 3], c[(axis + 2) % 3]}},
         depth{a[axis], b[axis], c[axis]} {
     area = edge_function(p[0], p[1], p[2]);
     if (area == 0) return;
@@ -96,14 +100,15 @@ struct ScanTriangle {
     const double weight = 1.0 / (static_cast<double>(area) * static_cast<double>(one));
     const double crossing = static_cast<double>(depth[0]) / static_cast<double>(one) +
                             (static_cast<double>(e2) * static_cast<double>(depth[1] - depth[0]) +
-                             static_cast<double>(e0) * static_cast<double>(depth[2] - depth[0])) * weight;
+                             static_cast<double>(e0) * static_cast<double>(depth[2] - depth[0])) *
+                                weight;
     const double nearest = std::round(crossing);
     constexpr double kCloseToCenter = 1e-6;  // voxels; far above the rounding of the lines before
     if (std::abs(crossing - nearest) > kCloseToCenter) return static_cast<std::int64_t>(std::ceil(crossing));
     // So close to a centre only exact arithmetic tells the side.
     const auto center = static_cast<std::int64_t>(nearest);
-    const Wide distance = static_cast<Wide>(depth[0] - center * one) * area + static_cast<Wide>(e2) * (depth[1] - depth[0]) +
-                          static_cast<Wide>(e0) * (depth[2] - depth[0]);
+    const Wide distance = static_cast<Wide>(depth[0] - center * one) * area +
+                          static_cast<Wide>(e2) * (depth[1] - depth[0]) + static_cast<Wide>(e0) * (depth[2] - depth[0]);
     const bool in_front = distance < 0 || (distance == 0 && tie_is_in_front);
     return in_front ? center : center + 1;
   }
@@ -132,7 +137,8 @@ void scan_convert(const LatticeSoup& soup, const GridFrame& frame, int axis, Sta
     const std::int64_t v_first = std::max<std::int64_t>(ceil_div(v_low, one), 0);
     const std::int64_t v_last = std::min(floor_div(v_high, one), frame.dims[v_axis] - 1);
     std::array<std::int64_t, 3> bias{};
-    for (std::size_t side = 0; side < 3; ++side) bias[side] = tie_is_inside(p[side], p[(side + 1) % 3], axis == 1) ? 0 : 1;
+    for (std::size_t side = 0; side < 3; ++side)
+      bias[side] = tie_is_inside(p[side], p[(side + 1) % 3], axis == 1) ? 0 : 1;
     for (std::int64_t v = v_first; v <= v_last; ++v) {
       Point2 sample{u_first * one, v * one};
       for (std::int64_t u = u_first; u <= u_last; ++u, sample.u += one) {

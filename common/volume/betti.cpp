@@ -36,7 +36,8 @@ std::int64_t euler_characteristic(const BinaryVolume& volume) {
       for (std::int64_t i = 0; i < volume.nx(); ++i) {
         unsigned mask = 0;
         for (unsigned corner = 0; corner < 8; ++corner) {
-          if (volume.get(i + (corner & 1U), j + (corner >> 1 & 1U), k + (corner >> 2 & 1U), 0) != 0) mask |= 1U << corner;
+          if (volume.get(i + (corner & 1U), j + (corner >> 1 & 1U), k + (corner >> 2 & 1U), 0) != 0)
+            mask |= 1U << corner;
         }
         characteristic += kContribution[mask];
       }

@@ -1,4 +1,5 @@
-// Based on [MRH00]; differs in running the same envelope pass along all three axes, and in taking lines without any feature apart.
+// Based on [MRH00]; differs in running the same envelope pass along all three axes, and in taking lines without any
+// feature apart.
 #include "common/volume/distance_transform.h"
 
 #include <algorithm>
@@ -14,7 +15,9 @@ namespace {
 /// Room for one line: its values and the stack of parabolas of the envelope.
 struct LineBuffer {
   explicit LineBuffer(std::int64_t length)
-      : value(static_cast<std::size_t>(length)), apex(static_cast<std::size_t>(length)), start(static_cast<std::size_t>(length)) {}
+      : value(static_cast<std::size_t>(length)),
+        apex(static_cast<std::size_t>(length)),
+        start(static_cast<std::size_t>(length)) {}
   std::vector<std::int32_t> value;
   std::vector<std::int64_t> apex;   ///< where the parabola of the stack has its minimum
   std::vector<std::int64_t> start;  ///< first position at which it is the lowest
@@ -25,7 +28,8 @@ std::int64_t first_below(std::int64_t a, std::int64_t value_a, std::int64_t b, s
   // (x-b)^2 + value_b < (x-a)^2 + value_a  <=>  x > (b^2 - a^2 + value_b - value_a) / (2 (b - a))
   const std::int64_t numerator = b * b - a * a + value_b - value_a;
   const std::int64_t denominator = 2 * (b - a);
-  const std::int64_t quotient = numerator >= 0 ? numerator / denominator : -((-numerator + denominator - 1) / denominator);
+  const std::int64_t quotient =
+      numerator >= 0 ? numerator / denominator : -((-numerator + denominator - 1) / denominator);
   return quotient + 1;
 }
 
@@ -81,7 +85,8 @@ Grid<std::int32_t> squared_distance(const BinaryVolume& volume, std::uint8_t fea
       LineBuffer buffer(dims[axis]);
       for (std::int64_t b = begin; b < end; ++b) {
         for (std::int64_t a = 0; a < dims[first_axis]; ++a) {
-          const std::int64_t offset = a * stride[static_cast<std::size_t>(first_axis)] + b * stride[static_cast<std::size_t>(second_axis)];
+          const std::int64_t offset =
+              a * stride[static_cast<std::size_t>(first_axis)] + b * stride[static_cast<std::size_t>(second_axis)];
           lower_envelope(distance.values.data() + offset, dims[axis], stride[static_cast<std::size_t>(axis)], buffer);
         }
       }

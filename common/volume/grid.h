@@ -19,7 +19,9 @@ struct GridFrame {
   double voxel_size = 1;
 
   std::int64_t voxels() const { return dims.prod(); }
-  Point center(const Index3& voxel) const { return origin + voxel_size * (voxel.cast<double>() + Point::Constant(0.5)); }
+  Point center(const Index3& voxel) const {
+    return origin + voxel_size * (voxel.cast<double>() + Point::Constant(0.5));
+  }
   bool contains(const Index3& voxel) const {
     return (voxel.array() >= 0).all() && (voxel.array() < dims.array()).all();
   }
@@ -58,7 +60,8 @@ struct Grid {
 using BinaryVolume = Grid<std::uint8_t>;  ///< 0 exterior, 1 interior
 using DensityVolume = Grid<float>;        ///< share of the voxel that is interior, in [0, 1]
 
-/// The part of `grid` on `frame`, which must lie on the same lattice; voxels of `frame` outside `grid` become `outside`.
+/// The part of `grid` on `frame`, which must lie on the same lattice; voxels of `frame` outside `grid` become
+/// `outside`.
 template <class T>
 Grid<T> resized(const Grid<T>& grid, const GridFrame& frame, T outside = T{}) {
   Grid<T> result(frame, outside);

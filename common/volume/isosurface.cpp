@@ -20,7 +20,12 @@ template <class Samples>
 class CubeMarcher {
  public:
   CubeMarcher(const Samples& samples, const GridFrame& frame, RunContext& context)
-      : samples_(samples), frame_(frame), context_(context), nx_(frame.dims[0] + 2), ny_(frame.dims[1] + 2), nz_(frame.dims[2] + 2) {
+      : samples_(samples),
+        frame_(frame),
+        context_(context),
+        nx_(frame.dims[0] + 2),
+        ny_(frame.dims[1] + 2),
+        nz_(frame.dims[2] + 2) {
     const auto slice = static_cast<std::size_t>(nx_ * ny_);
     context_.require_memory(slice * (2 + 5 * sizeof(std::uint32_t)), "marching cubes");
     for (auto& inside : inside_) inside.assign(slice, 0);
@@ -74,7 +79,8 @@ class CubeMarcher {
         const CubeCase& cube = cases[mask];
         for (std::size_t t = 0; t < cube.triangle_count; ++t) {
           const auto& edges = cube.triangles[t];
-          surface_.triangles.push_back({vertex(i, j, k, edges[0]), vertex(i, j, k, edges[1]), vertex(i, j, k, edges[2])});
+          surface_.triangles.push_back(
+              {vertex(i, j, k, edges[0]), vertex(i, j, k, edges[1]), vertex(i, j, k, edges[2])});
         }
       }
     }
@@ -91,7 +97,8 @@ class CubeMarcher {
     const std::size_t edges = axis == 0 ? (upper ? kUpperX : kLowerX) : axis == 1 ? (upper ? kUpperY : kLowerY) : kZ;
     std::uint32_t& slot = edge_vertex_[edges][static_cast<std::size_t>(cj * nx_ + ci)];
     if (slot == kUnset) {
-      if (surface_.positions.size() >= kUnset) throw ResourceError("the isosurface has more vertices than 32-bit indices reach; lower the resolution");
+      if (surface_.positions.size() >= kUnset)
+        throw ResourceError("the isosurface has more vertices than 32-bit indices reach; lower the resolution");
       slot = static_cast<std::uint32_t>(surface_.positions.size());
       surface_.positions.push_back(crossing({ci - 1, cj - 1, ck - 1}, axis));
     }
@@ -111,8 +118,8 @@ class CubeMarcher {
   GridFrame frame_;
   RunContext& context_;
   std::int64_t nx_, ny_, nz_;
-  std::array<std::vector<std::uint8_t>, 2> inside_;           ///< of padded slices k and k + 1
-  std::array<std::vector<std::uint32_t>, 5> edge_vertex_;     ///< vertex on the edge that starts at a padded sample
+  std::array<std::vector<std::uint8_t>, 2> inside_;        ///< of padded slices k and k + 1
+  std::array<std::vector<std::uint32_t>, 5> edge_vertex_;  ///< vertex on the edge that starts at a padded sample
   TriangleSoup surface_;
 };
 

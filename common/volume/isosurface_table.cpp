@@ -13,15 +13,16 @@ using Loop = std::vector<std::uint8_t>;
 
 /// Corners of the six faces, counterclockwise seen from outside the cube.
 constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceCorners = {{{0, 4, 6, 2},    // x = 0
-                                                                     {1, 3, 7, 5},    // x = 1
-                                                                     {0, 1, 5, 4},    // y = 0
-                                                                     {2, 6, 7, 3},    // y = 1
-                                                                     {0, 2, 3, 1},    // z = 0
-                                                                     {4, 5, 7, 6}}};  // z = 1
+                                                                      {1, 3, 7, 5},    // x = 1
+                                                                      {0, 1, 5, 4},    // y = 0
+                                                                      {2, 6, 7, 3},    // y = 1
+                                                                      {0, 2, 3, 1},    // z = 0
+                                                                      {4, 5, 7, 6}}};  // z = 1
 
 std::uint8_t edge_between(std::uint8_t a, std::uint8_t b) {
   for (std::uint8_t e = 0; e < 12; ++e) {
-    if ((kEdgeCorners[e][0] == a && kEdgeCorners[e][1] == b) || (kEdgeCorners[e][0] == b && kEdgeCorners[e][1] == a)) return e;
+    if ((kEdgeCorners[e][0] == a && kEdgeCorners[e][1] == b) || (kEdgeCorners[e][0] == b && kEdgeCorners[e][1] == a))
+      return e;
   }
   throw std::logic_error("no such cube edge");
 }

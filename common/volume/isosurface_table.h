@@ -14,9 +14,8 @@ struct CubeCase {
 
 /// Corner c of a cube lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge e runs along axis e / 4 from corner
 /// kEdgeCorners[e][0] to kEdgeCorners[e][1].
-inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {{{0, 1}, {2, 3}, {4, 5}, {6, 7},
-                                                                             {0, 2}, {1, 3}, {4, 6}, {5, 7},
-                                                                             {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {
+    {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
 
 /// The table: entry m holds the surface in a cube whose corner c is interior iff bit c of m is set.
 ///

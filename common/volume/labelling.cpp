@@ -19,7 +19,8 @@ std::vector<Index3> neighbour_offsets(Connectivity connectivity, bool image) {
   return offsets;
 }
 
-Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity, RunContext& context) {
+Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity,
+                           RunContext& context) {
   context.require_memory(volume.values.size() * (sizeof(std::int32_t) + 1), "component labelling");
   Labelling result{Grid<std::int32_t>(volume.frame), 0};
   const std::vector<Index3> offsets = neighbour_offsets(connectivity, volume.frame.is_image());

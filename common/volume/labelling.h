@@ -23,7 +23,8 @@ struct Labelling {
 };
 
 /// Labels the components of {volume == value} within the grid; by flood fill, one voxel at a time.
-Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity, RunContext& context);
+Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity,
+                           RunContext& context);
 
 /// Components of the interior.
 std::int64_t count_interior_components(const BinaryVolume& volume, Connectivity connectivity, RunContext& context);

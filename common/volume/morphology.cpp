@@ -1,5 +1,5 @@
-// Based on [NT03, 4]: dilation thresholds a distance map, erosion is the dilation of the complement. Differs in using an
-// exact Euclidean map.
+// Based on [NT03, 4]: dilation thresholds a distance map, erosion is the dilation of the complement. Differs in using
+// an exact Euclidean map.
 #include "common/volume/morphology.h"
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace {
 /// Largest squared integer distance within `distance`: the test d^2 <= r^2 in exact integers. A hair is added to r^2 so
 /// that distances such as sqrt(2), typed as decimals, reach what they name.
 std::int64_t squared_reach(double distance) {
-  if (!(distance >= 0) || distance > 20000) throw ParameterError("a morphological distance must lie between 0 and 20000 voxels");
+  if (!(distance >= 0) || distance > 20000)
+    throw ParameterError("a morphological distance must lie between 0 and 20000 voxels");
   constexpr double kHair = 1e-9;
   return static_cast<std::int64_t>(std::floor(distance * distance * (1 + kHair)));
 }

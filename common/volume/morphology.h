@@ -7,8 +7,8 @@
 namespace voxcarve {
 
 // Distances are in voxels, any real >= 0; the ball is closed, so a distance of 1 reaches the six face neighbours [NT03,
-// 4: "distance less than or equal to the threshold"]. The complement is unbounded: everything outside a grid is exterior.
-// Results that can grow come on a padded grid; the others on the grid of `volume`.
+// 4: "distance less than or equal to the threshold"]. The complement is unbounded: everything outside a grid is
+// exterior. Results that can grow come on a padded grid; the others on the grid of `volume`.
 
 /// Every voxel within `distance` of an interior one; the grid grows by ceil(distance) on every side.
 BinaryVolume dilate(const BinaryVolume& volume, double distance, RunContext& context);

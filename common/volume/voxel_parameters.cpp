@@ -9,12 +9,18 @@ namespace voxcarve {
 std::vector<ParameterSpec> voxelization_parameters() {
   constexpr std::int64_t kFinest = 4096;
   return {
-      ParameterSpec::integer("resolution", "voxels", 2, kFinest, 128, "voxels along the longest side of the input's bounding box"),
+      ParameterSpec::integer("resolution", "voxels", 2, kFinest, 128,
+                             "voxels along the longest side of the input's bounding box"),
       ParameterSpec::choice("classifier", {"parity", "stabbing"}, "parity",
-                            "parity count (for holes and cracks) or ray stabbing (for parts that overlap; keeps the intersection of the directions' line hulls)"),
-      ParameterSpec::choice("directions", {"1", "3", "13"}, "3", "ray directions: one axis, the three axes, or the axes and the ten face normals of the icosahedron"),
+                            "parity count (for holes and cracks) or ray stabbing (for parts that overlap; keeps the "
+                            "intersection of the directions' line hulls)"),
+      ParameterSpec::choice(
+          "directions", {"1", "3", "13"}, "3",
+          "ray directions: one axis, the three axes, or the axes and the ten face normals of the icosahedron"),
       ParameterSpec::choice("axis", {"x", "y", "z"}, "y", "the axis of the rays when directions=1"),
-      ParameterSpec::toggle("flip_islands", true, "parity: flip islands and voids in which no voxel has the votes of half of the directions; off is the paper's rule alone"),
+      ParameterSpec::toggle("flip_islands", true,
+                            "parity: flip islands and voids in which no voxel has the votes of half of the directions; "
+                            "off is the paper's rule alone"),
   };
 }
 
@@ -34,11 +40,13 @@ BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& paramete
   BinaryVolume volume = voxelize(soup, frame, options, context, &report);
   for (const VoxelizeReport::Axis& axis : report.axes) {
     if (axis.invalid_columns == 0) continue;
-    context.notice(std::string("along ") + "xyz"[axis.axis] + ", " + std::to_string(axis.invalid_columns) + " of " + std::to_string(axis.columns) +
+    context.notice(std::string("along ") + "xyz"[axis.axis] + ", " + std::to_string(axis.invalid_columns) + " of " +
+                   std::to_string(axis.columns) +
                    " voxel columns that meet the surface cross it an odd number of times and do not vote");
   }
   if (report.flipped_islands > 0) {
-    context.notice(std::to_string(report.flipped_islands) + " islands and voids, " + std::to_string(report.flipped_voxels) +
+    context.notice(std::to_string(report.flipped_islands) + " islands and voids, " +
+                   std::to_string(report.flipped_voxels) +
                    " voxels, were flipped: fewer than half of the directions had voted for any of their voxels");
   }
   return volume;

@@ -1,6 +1,6 @@
-// Based on parity count and ray stabbing [NT03, 3.1 and 3.2]; differs in casting a ray of every direction exactly through
-// every voxel centre. Along the axes all voxels of a column share one ray, so a column needs one toggle a crossing
-// instead of a sorted list; along the other directions rays are looked up in a LineStabber.
+// Based on parity count and ray stabbing [NT03, 3.1 and 3.2]; differs in casting a ray of every direction exactly
+// through every voxel centre. Along the axes all voxels of a column share one ray, so a column needs one toggle a
+// crossing instead of a sorted list; along the other directions rays are looked up in a LineStabber.
 #include "common/volume/voxelize.h"
 
 #include <algorithm>
@@ -43,8 +43,8 @@ std::size_t columns_across(const GridFrame& frame, int axis) {
 
 /// Parity count along one axis: a crossing toggles the first voxel behind it, and the running parity of the toggles
 /// classifies the column.
-VoxelizeReport::Axis vote_parity(const LatticeSoup& lattice, const GridFrame& frame, int axis, Votes& votes, Stage& stage,
-                                 RunContext& context) {
+VoxelizeReport::Axis vote_parity(const LatticeSoup& lattice, const GridFrame& frame, int axis, Votes& votes,
+                                 Stage& stage, RunContext& context) {
   BinaryVolume toggles(frame);
   std::vector<std::uint32_t> crossings(columns_across(frame, axis), 0);
   const std::int64_t row = frame.dims[(axis + 1) % 3];
@@ -52,7 +52,8 @@ VoxelizeReport::Axis vote_parity(const LatticeSoup& lattice, const GridFrame& fr
   scan_convert(lattice, frame, axis, stage, [&](std::int64_t u, std::int64_t v, std::int64_t first) {
     ++crossings[static_cast<std::size_t>(v * row + u)];
     if (first >= frame.dims[axis]) return;  // behind the last voxel centre
-    const std::int64_t index = u * stride[static_cast<std::size_t>((axis + 1) % 3)] + v * stride[static_cast<std::size_t>((axis + 2) % 3)] +
+    const std::int64_t index = u * stride[static_cast<std::size_t>((axis + 1) % 3)] +
+                               v * stride[static_cast<std::size_t>((axis + 2) % 3)] +
                                first * stride[static_cast<std::size_t>(axis)];
     toggles.values[static_cast<std::size_t>(index)] ^= 1;
   });
@@ -78,8 +79,8 @@ VoxelizeReport::Axis vote_parity(const LatticeSoup& lattice, const GridFrame& fr
 }
 
 /// Ray stabbing along one axis: exterior before the first crossing and behind the last one.
-VoxelizeReport::Axis vote_stabbing(const LatticeSoup& lattice, const GridFrame& frame, int axis, Votes& votes, Stage& stage,
-                                   RunContext& context) {
+VoxelizeReport::Axis vote_stabbing(const LatticeSoup& lattice, const GridFrame& frame, int axis, Votes& votes,
+                                   Stage& stage, RunContext& context) {
   struct Span {
     std::int32_t first = std::numeric_limits<std::int32_t>::max();
     std::int32_t last = -1;
@@ -110,12 +111,13 @@ TriangleSoup in_voxel_units(const TriangleSoup& soup, const GridFrame& frame) {
   TriangleSoup local;
   local.triangles = soup.triangles;
   local.positions.reserve(soup.positions.size());
-  for (const Point& position : soup.positions) local.positions.emplace_back((position - frame.origin) / frame.voxel_size);
+  for (const Point& position : soup.positions)
+    local.positions.emplace_back((position - frame.origin) / frame.voxel_size);
   return local;
 }
 
-/// In voxels. The projections of oblique directions are rounded, so there a centre on the surface is moved in earnest, a
-/// thousandth of a voxel the way that the axes move it infinitesimally.
+/// In voxels. The projections of oblique directions are rounded, so there a centre on the surface is moved in earnest,
+/// a thousandth of a voxel the way that the axes move it infinitesimally.
 const Point kObliqueShift(0x1p-10, 0x1p-13, 0x1p-16);
 
 /// More than half of all directions: no vote to come changes the class, nor that it is vouched for.
@@ -124,7 +126,8 @@ bool is_decided(std::uint8_t interior, std::uint8_t exterior, int directions) {
 }
 
 /// Lets every voxel that is still open vote along one direction that is no axis. The stabber is in voxel units.
-void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Votes& votes, Stage& stage, RunContext& context) {
+void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Votes& votes, Stage& stage,
+                  RunContext& context) {
   const GridFrame& frame = votes.interior.frame;
   parallel_for(context, 0, frame.dims[2], 1, [&](std::int64_t begin, std::int64_t end) {
     std::vector<Crossing> crossings;
@@ -134,12 +137,15 @@ void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Vo
           const std::size_t index = votes.interior.index(i, j, k);
           std::uint8_t& interior = votes.interior.values[index];
           std::uint8_t& exterior = votes.exterior.values[index];
-          if (options.classifier == Classifier::kStabbing ? exterior != 0 : is_decided(interior, exterior, options.directions)) continue;
+          if (options.classifier == Classifier::kStabbing ? exterior != 0
+                                                          : is_decided(interior, exterior, options.directions))
+            continue;
           const Point center = Index3(i, j, k).cast<double>() + Point::Constant(0.5) + kObliqueShift;
           const double depth = center.dot(stabber.frame().w);
           crossings.clear();
           stabber.append_crossings(center.dot(stabber.frame().u), center.dot(stabber.frame().v), crossings);
-          const auto in_front = std::ranges::count_if(crossings, [depth](const Crossing& c) { return c.depth <= depth; });
+          const auto in_front =
+              std::ranges::count_if(crossings, [depth](const Crossing& c) { return c.depth <= depth; });
           const auto total = static_cast<std::int64_t>(crossings.size());
           if (options.classifier == Classifier::kStabbing) {
             if (in_front == 0 || in_front == total) exterior = 1;
@@ -154,8 +160,10 @@ void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Vo
 }
 
 /// Components of {volume == value} that hold no voxel which at least half of the directions voted for, and that do not
-/// reach the border of the grid where they are exterior. Exterior is 18-connected and interior 6-connected, as in the isosurface.
-void flip_islands(const Votes& votes, std::uint8_t value, int directions, BinaryVolume& volume, RunContext& context, VoxelizeReport* report) {
+/// reach the border of the grid where they are exterior. Exterior is 18-connected and interior 6-connected, as in the
+/// isosurface.
+void flip_islands(const Votes& votes, std::uint8_t value, int directions, BinaryVolume& volume, RunContext& context,
+                  VoxelizeReport* report) {
   const GridFrame& frame = volume.frame;
   const Grid<std::uint8_t>& own = value != 0 ? votes.interior : votes.exterior;
   const Connectivity connectivity = value != 0 ? Connectivity::kFace : Connectivity::kEdge;
@@ -232,26 +240,32 @@ GridFrame voxel_frame(const Box& box, std::int64_t resolution) {
   frame.voxel_size = longest / static_cast<double>(resolution);
   const double largest_coordinate = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
   constexpr double kDigits = 8 * std::numeric_limits<double>::epsilon();
-  if (!(longest > 0) || frame.voxel_size < largest_coordinate * kDigits || frame.voxel_size < std::numeric_limits<double>::min()) {
-    throw InputError("a voxel would be smaller than the last digits of the coordinates; move the model nearer to the origin or lower the resolution");
+  if (!(longest > 0) || frame.voxel_size < largest_coordinate * kDigits ||
+      frame.voxel_size < std::numeric_limits<double>::min()) {
+    throw InputError(
+        "a voxel would be smaller than the last digits of the coordinates; move the model nearer to the origin or "
+        "lower the resolution");
   }
   constexpr double kRounding = 1e-9;  // a side of 100.0000000001 voxels is 100 voxels
   for (int axis = 0; axis < 3; ++axis) {
-    frame.dims[axis] = std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(extent[axis] / frame.voxel_size - kRounding)), 1);
+    frame.dims[axis] =
+        std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(extent[axis] / frame.voxel_size - kRounding)), 1);
   }
   frame.origin = box.center() - 0.5 * frame.voxel_size * frame.dims.cast<double>();
   return frame;
 }
 
-BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options, RunContext& context,
-                      VoxelizeReport* report) {
+BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
+                      RunContext& context, VoxelizeReport* report) {
   const std::vector<Point> directions = voxelization_directions(options.directions, options.axis);
   const auto voxels = static_cast<std::uint64_t>(frame.voxels());
   const std::size_t axes = options.directions == 1 ? 1 : 3;
   const std::size_t oblique = directions.size() - axes;
-  Stage stage(context, "voxelization",
-              static_cast<std::int64_t>(axes * soup.triangles.size()) + static_cast<std::int64_t>(oblique) * frame.dims[2]);
-  context.require_memory(4 * voxels + soup.positions.size() * 3 * sizeof(std::int64_t) + columns_across(frame, 2) * 8, "voxelization");
+  Stage stage(
+      context, "voxelization",
+      static_cast<std::int64_t>(axes * soup.triangles.size()) + static_cast<std::int64_t>(oblique) * frame.dims[2]);
+  context.require_memory(4 * voxels + soup.positions.size() * 3 * sizeof(std::int64_t) + columns_across(frame, 2) * 8,
+                         "voxelization");
   Votes votes(frame);
   {
     const LatticeSoup lattice(soup, frame);
@@ -272,12 +286,14 @@ BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const Vo
     }
   }
   BinaryVolume volume(frame);
-  std::ranges::transform(votes.interior.values, votes.exterior.values, volume.values.begin(), [&](std::uint8_t in, std::uint8_t out) {
-    return static_cast<std::uint8_t>(options.classifier == Classifier::kStabbing ? out == 0 : in > out);
-  });
+  std::ranges::transform(
+      votes.interior.values, votes.exterior.values, volume.values.begin(), [&](std::uint8_t in, std::uint8_t out) {
+        return static_cast<std::uint8_t>(options.classifier == Classifier::kStabbing ? out == 0 : in > out);
+      });
   if (options.classifier == Classifier::kParity && options.flip_islands) {
     // Voids first: one inside an island must not outlive it.
-    for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{1}}) flip_islands(votes, value, options.directions, volume, context, report);
+    for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{1}})
+      flip_islands(votes, value, options.directions, volume, context, report);
   }
   return volume;
 }

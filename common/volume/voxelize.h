@@ -15,7 +15,8 @@ namespace voxcarve {
 
 /// How a voxel is classified from the crossings of its rays with the soup.
 enum class Classifier {
-  kParity,   ///< parity count [NT03, 3.1]: an odd number of crossings in front means interior; majority of the directions
+  kParity,   ///< parity count [NT03, 3.1]: an odd number of crossings in front means interior; majority of the
+             ///< directions
   kStabbing  ///< ray stabbing [NT03, 3.2]: interior iff between the first and the last crossing in every direction
 };
 
@@ -27,9 +28,9 @@ struct VoxelizeOptions {
   int directions = 3;  ///< 1 (`axis`), 3 (the axes) or 13 (with the face normals of the regular icosahedron)
   int axis = 1;        ///< of the rays when directions == 1: 0 x, 1 y, 2 z
   /// Parity count: flip islands and voids that are nowhere vouched for. Near a hole only few rays are valid, and where
-  /// these few disagree the majority leaves specks. A voxel is vouched for when at least half of all directions voted for
-  /// its class; of a watertight model every voxel is. A component of the interior, or of the exterior without way out,
-  /// in which no voxel is vouched for, takes the other class. Off gives the paper's rule alone.
+  /// these few disagree the majority leaves specks. A voxel is vouched for when at least half of all directions voted
+  /// for its class; of a watertight model every voxel is. A component of the interior, or of the exterior without way
+  /// out, in which no voxel is vouched for, takes the other class. Off gives the paper's rule alone.
   bool flip_islands = true;
 };
 

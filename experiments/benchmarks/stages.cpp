@@ -27,7 +27,8 @@ BinaryVolume volume(std::int64_t resolution) {
 
 void count_voxels(benchmark::State& state, const GridFrame& frame) {
   state.counters["voxels"] = static_cast<double>(frame.voxels());
-  state.counters["per_voxel"] = benchmark::Counter(static_cast<double>(frame.voxels()), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["per_voxel"] = benchmark::Counter(
+      static_cast<double>(frame.voxels()), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void voxelization(benchmark::State& state) {
@@ -39,7 +40,11 @@ void voxelization(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(voxelize(soup, frame, options, context));
   count_voxels(state, frame);
 }
-BENCHMARK(voxelization)->ArgNames({"resolution", "triangles", "directions"})->ArgsProduct({{128, 256}, {10000, 100000}, {3, 13}})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(voxelization)
+    ->ArgNames({"resolution", "triangles", "directions"})
+    ->ArgsProduct({{128, 256}, {10000, 100000}, {3, 13}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 void distance_transform(benchmark::State& state) {
   const BinaryVolume binary = volume(state.range(0));
@@ -57,7 +62,12 @@ void closing(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(close(binary, static_cast<double>(state.range(1)), context));
   count_voxels(state, binary.frame);
 }
-BENCHMARK(closing)->ArgNames({"resolution", "distance"})->Args({256, 3})->Args({256, 10})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(closing)
+    ->ArgNames({"resolution", "distance"})
+    ->Args({256, 3})
+    ->Args({256, 10})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 void marching_cubes(benchmark::State& state) {
   const BinaryVolume binary = volume(state.range(0));
@@ -80,7 +90,12 @@ void reduction_openmesh(benchmark::State& state) {
   RunContext context;
   for (auto _ : state) benchmark::DoNotOptimize(reduce_openmesh(soup, 1000, context));
 }
-BENCHMARK(reduction_openmesh)->ArgName("triangles")->Arg(20000)->Arg(100000)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(reduction_openmesh)
+    ->ArgName("triangles")
+    ->Arg(20000)
+    ->Arg(100000)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 void pair_metrics(benchmark::State& state) {
   const TriangleSoup a = shape(state.range(0));

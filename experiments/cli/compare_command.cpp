@@ -48,15 +48,20 @@ std::vector<PlannedRun> make_plan(const CompareOptions& options) {
     bool used = false;
     for (const Method* method : methods) {
       const MethodInfo& info = method->info();
-      const bool here = dot == std::string::npos ? info.parameters.find(name) != nullptr : name.substr(0, dot) == info.name;
+      const bool here =
+          dot == std::string::npos ? info.parameters.find(name) != nullptr : name.substr(0, dot) == info.name;
       if (!here) continue;
       settings[info.name].push_back(dot == std::string::npos ? setting : setting.substr(dot + 1));
       used = true;
     }
-    if (!used) throw ParameterError("--set " + setting + " fits none of the methods compared; write METHOD.name=value, or a name that one of them has");
+    if (!used)
+      throw ParameterError(
+          "--set " + setting +
+          " fits none of the methods compared; write METHOD.name=value, or a name that one of them has");
   }
   std::vector<PlannedRun> plan;
-  for (const Method* method : methods) plan.push_back({method, parameters_for_budget(*method, options.triangles, settings[method->info().name])});
+  for (const Method* method : methods)
+    plan.push_back({method, parameters_for_budget(*method, options.triangles, settings[method->info().name])});
   return plan;
 }
 
@@ -69,10 +74,11 @@ std::string panel_caption(const ComparisonRow& row) {
 }
 
 /// Draws the input and every result; returns why there is no picture, or "".
-std::string draw(const Model& model, const TriangleSoup& reference, const std::vector<ComparisonRow>& rows, const CompareOptions& options,
-                 const std::filesystem::path& png) {
+std::string draw(const Model& model, const TriangleSoup& reference, const std::vector<ComparisonRow>& rows,
+                 const CompareOptions& options, const std::filesystem::path& png) {
   std::vector<RenderItem> items;
-  items.push_back({reference, model.name + "\n" + with_thousands(static_cast<long long>(reference.triangles.size())) + " triangles"});
+  items.push_back({reference, model.name + "\n" + with_thousands(static_cast<long long>(reference.triangles.size())) +
+                                  " triangles"});
   for (const ComparisonRow& row : rows) {
     if (row.method != "identity") items.push_back({row.surface, panel_caption(row)});
   }
@@ -98,9 +104,12 @@ Json to_json(const ComparisonRow& row) {
 void print_reasons(const std::vector<ComparisonRow>& rows) {
   std::vector<std::string> shown;
   for (const ComparisonRow& row : rows) {
-    if (row.status != RunStatus::kDone) shown.push_back(row.method + " " + std::string(to_string(row.status)) + ": " + row.reason);
-    for (const char* key : {"genus", "self_intersections", "hausdorff.relative_upper", "symmetric_difference.relative"}) {
-      const auto* undefined = row.status == RunStatus::kDone ? std::get_if<Undefined>(&value_of(row.measurements, key)) : nullptr;
+    if (row.status != RunStatus::kDone)
+      shown.push_back(row.method + " " + std::string(to_string(row.status)) + ": " + row.reason);
+    for (const char* key :
+         {"genus", "self_intersections", "hausdorff.relative_upper", "symmetric_difference.relative"}) {
+      const auto* undefined =
+          row.status == RunStatus::kDone ? std::get_if<Undefined>(&value_of(row.measurements, key)) : nullptr;
       if (undefined != nullptr) shown.push_back(row.method + ", " + key + ": " + undefined->reason);
     }
     for (const std::string& notice : row.notices) shown.push_back(row.method + ": " + notice);
@@ -126,7 +135,11 @@ void compare(CompareOptions options) {
   }
   write_file_atomically(folder / "comparison.csv", to_csv(full_table(model.name, rows)));
   const std::string no_picture = draw(model, reference, rows, options, folder / "comparison.png");
-  Json json = {{"program", "voxcarve " + version()}, {"model", model.name}, {"budget", options.triangles}, {"seed", options.common.seed}, {"folder", folder.string()}};
+  Json json = {{"program", "voxcarve " + version()},
+               {"model", model.name},
+               {"budget", options.triangles},
+               {"seed", options.common.seed},
+               {"folder", folder.string()}};
   if (!no_picture.empty()) json["no_picture"] = no_picture;
   json["rows"] = Json::array();
   for (const ComparisonRow& row : rows) json["rows"].push_back(to_json(row));
@@ -135,10 +148,12 @@ void compare(CompareOptions options) {
     print_json(json);
     return;
   }
-  fmt::print("{}: {} triangles, budget {}\n\n{}\n", model.name, with_thousands(static_cast<long long>(reference.triangles.size())),
-             with_thousands(options.triangles), to_text(summary_table(rows)));
+  fmt::print("{}: {} triangles, budget {}\n\n{}\n", model.name,
+             with_thousands(static_cast<long long>(reference.triangles.size())), with_thousands(options.triangles),
+             to_text(summary_table(rows)));
   print_reasons(rows);
-  fmt::print("\n{}: comparison.csv, comparison.json, a PLY file a method{}\n", folder.string(), no_picture.empty() ? ", comparison.png" : "");
+  fmt::print("\n{}: comparison.csv, comparison.json, a PLY file a method{}\n", folder.string(),
+             no_picture.empty() ? ", comparison.png" : "");
   if (!no_picture.empty()) fmt::print("no picture: {}\n", no_picture);
 }
 
@@ -146,17 +161,26 @@ void compare(CompareOptions options) {
 
 void add_compare_command(CLI::App& app) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = app.add_subcommand("compare", "all methods on one input at one triangle budget: table, CSV, meshes and a picture");
+  CLI::App* command = app.add_subcommand(
+      "compare", "all methods on one input at one triangle budget: table, CSV, meshes and a picture");
   command->add_option("INPUT", options->input, "a mesh or volume file, or model:NAME?key=value&...")->required();
   command->add_option("--methods", options->methods, "methods, separated by commas (default: all)");
-  command->add_option("--set", options->settings, "parameters as METHOD.name=value, or name=value for every method that has it")->allow_extra_args();
-  command->add_option("--triangles", options->triangles, "triangle budget of every result (default 2000)")->check(CLI::PositiveNumber);
+  command
+      ->add_option("--set", options->settings,
+                   "parameters as METHOD.name=value, or name=value for every method that has it")
+      ->allow_extra_args();
+  command->add_option("--triangles", options->triangles, "triangle budget of every result (default 2000)")
+      ->check(CLI::PositiveNumber);
   command->add_option("-o,--output", options->output, "folder for the results (default: compare-NAME)");
-  command->add_option("--error", options->metrics.hausdorff_error, "width of the certified Hausdorff interval, as a share of the input's diagonal (default 1e-3)")
+  command
+      ->add_option("--error", options->metrics.hausdorff_error,
+                   "width of the certified Hausdorff interval, as a share of the input's diagonal (default 1e-3)")
       ->check(CLI::Range(1e-9, 1.0));
   command->add_option("--azimuth", options->render.azimuth, "camera: degrees from the front");
-  command->add_option("--elevation", options->render.elevation, "camera: degrees above the ground")->check(CLI::Range(-90, 90));
-  command->add_option("--up", options->render.up_axis, "axis that points up in the picture")->check(CLI::IsMember({"y", "z"}));
+  command->add_option("--elevation", options->render.elevation, "camera: degrees above the ground")
+      ->check(CLI::Range(-90, 90));
+  command->add_option("--up", options->render.up_axis, "axis that points up in the picture")
+      ->check(CLI::IsMember({"y", "z"}));
   command->add_flag("--wireframe", options->render.wireframe, "draw the triangles' edges");
   add_common_options(*command, options->common);
   command->callback([options] { compare(*options); });

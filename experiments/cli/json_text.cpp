@@ -59,16 +59,20 @@ Json to_json(const Parameters& parameters) {
 Json to_json(const MethodInfo& info) {
   Json kinds = Json::array();
   for (const ModelKind kind : info.accepts) kinds.push_back(to_string(kind));
-  return {{"name", info.name},         {"summary", info.summary},
-          {"citation", info.citation}, {"accepts", kinds},
-          {"baseline", info.baseline}, {"closed_manifold", info.closed_manifold},
+  return {{"name", info.name},
+          {"summary", info.summary},
+          {"citation", info.citation},
+          {"accepts", kinds},
+          {"baseline", info.baseline},
+          {"closed_manifold", info.closed_manifold},
           {"parameters", to_json(info.parameters)}};
 }
 
 Json to_json(const std::vector<StageTiming>& timings) {
   Json json = Json::array();
   for (const StageTiming& timing : timings) {
-    json.push_back({{"stage", timing.stage}, {"seconds", timing.seconds}, {"items", timing.items}, {"bytes", timing.bytes}});
+    json.push_back(
+        {{"stage", timing.stage}, {"seconds", timing.seconds}, {"items", timing.items}, {"bytes", timing.bytes}});
   }
   return json;
 }
@@ -80,10 +84,12 @@ std::string schema_text(const ParameterSchema& schema) {
     if (!spec.choices.empty()) {
       domain = join(spec.choices, "|");
     } else {
-      domain = fmt::format("{} .. {}", format_real(spec.minimum), std::isinf(spec.maximum) ? "" : format_real(spec.maximum));
+      domain =
+          fmt::format("{} .. {}", format_real(spec.minimum), std::isinf(spec.maximum) ? "" : format_real(spec.maximum));
     }
-    text += fmt::format("  {:<14} {:<28} default {:<10} {}{}\n", spec.name, domain + (spec.unit.empty() ? "" : " " + spec.unit),
-                        to_string(spec.default_value), spec.help, "");
+    text +=
+        fmt::format("  {:<14} {:<28} default {:<10} {}{}\n", spec.name,
+                    domain + (spec.unit.empty() ? "" : " " + spec.unit), to_string(spec.default_value), spec.help, "");
   }
   return text;
 }

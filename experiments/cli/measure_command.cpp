@@ -69,7 +69,8 @@ void measure(const MeasureOptions& options) {
   add_rows(table, a.measurements, options.b.empty() ? "" : "a.");
   if (!options.b.empty()) {
     const Measured b = measure_one(session, options.b, options.metrics);
-    if (a.surface.empty() || b.surface.empty()) throw InputError("a pair needs two surfaces; " + (a.surface.empty() ? options.a : options.b) + " has none");
+    if (a.surface.empty() || b.surface.empty())
+      throw InputError("a pair needs two surfaces; " + (a.surface.empty() ? options.a : options.b) + " has none");
     session.announce("pair");
     const auto pair = measure_pair(a.surface, b.surface, options.metrics, session.context());
     json["b"] = to_json(b.measurements);
@@ -88,13 +89,20 @@ void measure(const MeasureOptions& options) {
 
 void add_measure_command(CLI::App& app) {
   auto options = std::make_shared<MeasureOptions>();
-  CLI::App* command = app.add_subcommand("measure", "metrics of one shape, or of a pair: A is the reference (the input), B the result");
+  CLI::App* command =
+      app.add_subcommand("measure", "metrics of one shape, or of a pair: A is the reference (the input), B the result");
   command->add_option("A", options->a, "a shape: a file or model:NAME")->required();
   command->add_option("B", options->b, "a second shape to measure against A");
-  command->add_option("--error", options->metrics.hausdorff_error, "width of the certified Hausdorff interval, as a share of A's diagonal (default 1e-3)")
+  command
+      ->add_option("--error", options->metrics.hausdorff_error,
+                   "width of the certified Hausdorff interval, as a share of A's diagonal (default 1e-3)")
       ->check(CLI::Range(1e-9, 1.0));
-  command->add_option("--rays", options->metrics.rays, "rays of the symmetric difference (default 16384)")->check(CLI::Range(64, 1 << 30));
-  command->add_option("--samples", options->metrics.distance_samples, "samples a side for mean and RMS distance (default 20000)")->check(CLI::Range(1, 1 << 30));
+  command->add_option("--rays", options->metrics.rays, "rays of the symmetric difference (default 16384)")
+      ->check(CLI::Range(64, 1 << 30));
+  command
+      ->add_option("--samples", options->metrics.distance_samples,
+                   "samples a side for mean and RMS distance (default 20000)")
+      ->check(CLI::Range(1, 1 << 30));
   add_common_options(*command, options->common);
   command->callback([options] { measure(*options); });
 }

@@ -31,7 +31,8 @@ void list_methods(bool json) {
   Table table{{"method", "kind", "source", "what it does"}, {}};
   for (const Method* method : all_methods()) {
     const MethodInfo& info = method->info();
-    table.rows.push_back({info.name, info.baseline ? "baseline" : "method", info.citation.empty() ? "-" : info.citation, info.summary});
+    table.rows.push_back(
+        {info.name, info.baseline ? "baseline" : "method", info.citation.empty() ? "-" : info.citation, info.summary});
   }
   fmt::print("{}", to_text(table));
 }

@@ -37,7 +37,8 @@ struct RunOptions {
 TriangleSoup choose_level(const MethodResult& result, const RunOptions& options) {
   const std::int64_t levels = result.levels->size();
   if (options.level >= levels) {
-    throw ParameterError("there is no level " + std::to_string(options.level) + ": this result has " + std::to_string(levels) + ", numbered from 0, the coarsest");
+    throw ParameterError("there is no level " + std::to_string(options.level) + ": this result has " +
+                         std::to_string(levels) + ", numbered from 0, the coarsest");
   }
   if (options.level >= 0) return result.levels->extract(options.level);
   if (options.vertices == 0) return level_for_budget(result, options.triangles);
@@ -50,7 +51,8 @@ TriangleSoup choose_level(const MethodResult& result, const RunOptions& options)
 
 /// A volume file takes the result's volume, on the input's grid where the input is a volume and the result fits it.
 void write_result_volume(const MethodResult& result, const Model& model, const std::string& output) {
-  if (result.volumes.empty()) throw ParameterError("this run has no volume to write to " + output + "; name a PLY, OBJ, OFF or STL file");
+  if (result.volumes.empty())
+    throw ParameterError("this run has no volume to write to " + output + "; name a PLY, OBJ, OFF or STL file");
   std::visit(
       [&](const auto& volume) {
         const auto* input = std::get_if<BinaryVolume>(&model.shape);
@@ -63,14 +65,22 @@ void write_result_volume(const MethodResult& result, const Model& model, const s
       result.volumes.back().volume);
 }
 
-Json run_report(const Model& model, const Method& method, const Parameters& parameters, const MethodResult& result, const TriangleSoup& surface,
-                const std::vector<InvariantCheck>& checks, const RunOptions& options) {
-  Json json = {{"program", "voxcarve " + version()}, {"method", method.info().name}, {"model", model.name}, {"parameters", to_json(parameters)},
-               {"seed", options.common.seed},        {"levels", result.levels->size()}, {"vertices", surface.positions.size()},
-               {"triangles", surface.triangles.size()}, {"notices", result.notices},    {"timings", to_json(result.timings)}};
+Json run_report(const Model& model, const Method& method, const Parameters& parameters, const MethodResult& result,
+                const TriangleSoup& surface, const std::vector<InvariantCheck>& checks, const RunOptions& options) {
+  Json json = {{"program", "voxcarve " + version()},
+               {"method", method.info().name},
+               {"model", model.name},
+               {"parameters", to_json(parameters)},
+               {"seed", options.common.seed},
+               {"levels", result.levels->size()},
+               {"vertices", surface.positions.size()},
+               {"triangles", surface.triangles.size()},
+               {"notices", result.notices},
+               {"timings", to_json(result.timings)}};
   if (options.check_invariants) {
     Json list = Json::array();
-    for (const InvariantCheck& check : checks) list.push_back({{"invariant", check.name}, {"holds", check.holds}, {"detail", check.detail}});
+    for (const InvariantCheck& check : checks)
+      list.push_back({{"invariant", check.name}, {"holds", check.holds}, {"detail", check.detail}});
     json["invariants"] = list;
   }
   if (!options.output.empty()) json["output"] = options.output;
@@ -82,7 +92,9 @@ void run(const RunOptions& options) {
   const Parameters parameters = parameters_for_budget(method, options.triangles, options.settings);
   const bool wants_volume = !options.output.empty() && is_volume_file(options.output);
   if (!options.output.empty() && !wants_volume && !mesh_format(options.output)) {
-    throw ParameterError(options.output + ": its extension names no format that can be written; use PLY, OBJ, OFF, STL, NRRD, MHD or PNG");
+    throw ParameterError(
+        options.output +
+        ": its extension names no format that can be written; use PLY, OBJ, OFF, STL, NRRD, MHD or PNG");
   }
   Session session(options.common);
   const Model model = session.open(options.input);
@@ -106,12 +118,17 @@ void run(const RunOptions& options) {
     double seconds = 0;
     for (const StageTiming& timing : result.timings) seconds += timing.seconds;
     fmt::print("{} of {}: {} vertices, {} triangles in {:.2f} s{}\n", method.info().name, model.name,
-               with_thousands(static_cast<long long>(surface.positions.size())), with_thousands(static_cast<long long>(surface.triangles.size())), seconds,
+               with_thousands(static_cast<long long>(surface.positions.size())),
+               with_thousands(static_cast<long long>(surface.triangles.size())), seconds,
                options.output.empty() ? "" : " -> " + options.output);
-    for (const InvariantCheck& check : checks) fmt::print("  {}: {}{}\n", check.name, check.holds ? "holds" : "VIOLATED", check.detail.empty() ? "" : " (" + check.detail + ")");
+    for (const InvariantCheck& check : checks)
+      fmt::print("  {}: {}{}\n", check.name, check.holds ? "holds" : "VIOLATED",
+                 check.detail.empty() ? "" : " (" + check.detail + ")");
   }
   for (const InvariantCheck& check : checks) {
-    if (!check.holds) throw MethodFailure("the result violates an invariant: " + check.name + (check.detail.empty() ? "" : " (" + check.detail + ")"));
+    if (!check.holds)
+      throw MethodFailure("the result violates an invariant: " + check.name +
+                          (check.detail.empty() ? "" : " (" + check.detail + ")"));
   }
 }
 
@@ -121,13 +138,26 @@ void add_run_command(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "run one method on one input and write the result");
   command->add_option("METHOD", options->method, "a method (voxcarve methods)")->required();
-  command->add_option("INPUT", options->input, "a mesh, volume or image file, or model:NAME?key=value&... (voxcarve models)")->required();
-  command->add_option("-o,--output", options->output, "file for the result: PLY, OBJ, OFF, STL for the mesh; NRRD, MHD for the volume");
-  command->add_option("--set", options->settings, "parameters as name=value (voxcarve methods NAME lists them)")->allow_extra_args();
-  command->add_option("--triangles", options->triangles, "triangle budget of the result (0: as it comes)")->check(CLI::NonNegativeNumber);
-  CLI::Option* level = command->add_option("--level", options->level, "level of the result, 0 is the coarsest (default: the finest that meets the budget)")->check(CLI::NonNegativeNumber);
-  command->add_option("--vertices", options->vertices, "take the finest level with at most this many distinct vertices")->check(CLI::PositiveNumber)->excludes(level);
-  command->add_flag("--check-invariants", options->check_invariants, "verify what the method promises of its result; exit code 5 when it does not hold");
+  command
+      ->add_option("INPUT", options->input,
+                   "a mesh, volume or image file, or model:NAME?key=value&... (voxcarve models)")
+      ->required();
+  command->add_option("-o,--output", options->output,
+                      "file for the result: PLY, OBJ, OFF, STL for the mesh; NRRD, MHD for the volume");
+  command->add_option("--set", options->settings, "parameters as name=value (voxcarve methods NAME lists them)")
+      ->allow_extra_args();
+  command->add_option("--triangles", options->triangles, "triangle budget of the result (0: as it comes)")
+      ->check(CLI::NonNegativeNumber);
+  CLI::Option* level =
+      command
+          ->add_option("--level", options->level,
+                       "level of the result, 0 is the coarsest (default: the finest that meets the budget)")
+          ->check(CLI::NonNegativeNumber);
+  command->add_option("--vertices", options->vertices, "take the finest level with at most this many distinct vertices")
+      ->check(CLI::PositiveNumber)
+      ->excludes(level);
+  command->add_flag("--check-invariants", options->check_invariants,
+                    "verify what the method promises of its result; exit code 5 when it does not hold");
   command->add_option("--report", options->report, "write a JSON report of the run to this file");
   add_common_options(*command, options->common);
   command->callback([options] { run(*options); });

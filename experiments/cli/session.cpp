@@ -32,7 +32,9 @@ std::string rate_text(double per_second) {
 
 }  // namespace
 
-std::string version() { return VOXCARVE_VERSION; }
+std::string version() {
+  return VOXCARVE_VERSION;
+}
 
 void handle_interrupts() {
   sigset_t signals;
@@ -50,7 +52,8 @@ void handle_interrupts() {
       sigwait(&signals, &signal);
       const auto now = std::chrono::steady_clock::now();
       const std::scoped_lock lock(g_session_mutex);
-      if (g_session_stop == nullptr || (first && now - *first > kSameRequest)) _exit(static_cast<int>(ExitCode::kCancelled));
+      if (g_session_stop == nullptr || (first && now - *first > kSameRequest))
+        _exit(static_cast<int>(ExitCode::kCancelled));
       if (!first) first = now;
       g_session_stop->request_stop();
     }
@@ -83,7 +86,8 @@ class Session::ProgressBar {
     const std::string left = share > 0.01 ? fmt::format("{:.0f} s left", elapsed / share * (1 - share)) : "";
     constexpr int kWidth = 30;
     const int filled = static_cast<int>(share * kWidth);
-    fmt::print(stderr, "\r\033[K{}{} [{}{}] {:3.0f} % {} {}", what_.empty() ? "" : what_ + ": ", stage_, std::string(static_cast<std::size_t>(filled), '#'),
+    fmt::print(stderr, "\r\033[K{}{} [{}{}] {:3.0f} % {} {}", what_.empty() ? "" : what_ + ": ", stage_,
+               std::string(static_cast<std::size_t>(filled), '#'),
                std::string(static_cast<std::size_t>(kWidth - filled), ' '), 100 * share,
                elapsed > 0 ? rate_text(static_cast<double>(event.done) / elapsed) : "", left);
     std::fflush(stderr);
@@ -105,9 +109,11 @@ class Session::ProgressBar {
 };
 
 Session::Session(const CommonOptions& options) : options_(options), bar_(std::make_unique<ProgressBar>()) {
-  context_.threads = options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  context_.threads =
+      options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   context_.seed = options.seed;
-  if (options.memory_gib > 0) context_.memory_budget = static_cast<std::uint64_t>(options.memory_gib * 1024 * 1024 * 1024);
+  if (options.memory_gib > 0)
+    context_.memory_budget = static_cast<std::uint64_t>(options.memory_gib * 1024 * 1024 * 1024);
   context_.cancellation = stop_.get_token();
   context_.progress = [bar = bar_.get()](const ProgressEvent& event) { bar->update(event); };
   const std::scoped_lock lock(g_session_mutex);
@@ -126,7 +132,9 @@ ModelSourceOptions Session::source_options() const {
   return source;
 }
 
-std::string Session::data_folder() const { return voxcarve::data_folder(source_options()).string(); }
+std::string Session::data_folder() const {
+  return voxcarve::data_folder(source_options()).string();
+}
 
 Model Session::open(const std::string& input) {
   std::vector<std::string> notices;
@@ -143,17 +151,22 @@ void Session::print_notices(const std::vector<std::string>& notices) const {
 void Session::print_timings(const std::vector<StageTiming>& timings) const {
   if (!options_.verbose) return;
   for (const StageTiming& timing : timings) {
-    fmt::print(stderr, "{:>24}  {:8.3f} s  {:>12} items  {}\n", timing.stage, timing.seconds, timing.items, format_bytes(timing.bytes));
+    fmt::print(stderr, "{:>24}  {:8.3f} s  {:>12} items  {}\n", timing.stage, timing.seconds, timing.items,
+               format_bytes(timing.bytes));
   }
 }
 
-void Session::announce(const std::string& what) { bar_->announce(what); }
+void Session::announce(const std::string& what) {
+  bar_->announce(what);
+}
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "print JSON instead of text");
-  command.add_option("-j,--threads", options.threads, "threads (default: as many as the machine has)")->check(CLI::Range(1, 1024));
+  command.add_option("-j,--threads", options.threads, "threads (default: as many as the machine has)")
+      ->check(CLI::Range(1, 1024));
   command.add_option("--seed", options.seed, "seed of everything that samples (default 0)");
-  command.add_option("--memory", options.memory_gib, "memory budget in GiB (default: 80 % of the machine's)")->check(CLI::PositiveNumber);
+  command.add_option("--memory", options.memory_gib, "memory budget in GiB (default: 80 % of the machine's)")
+      ->check(CLI::PositiveNumber);
   command.add_option("--data", options.data, "folder of the external models (default: the variable VOXCARVE_DATA)");
   command.add_option_function<double>(
       "--iso",
@@ -165,6 +178,8 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("-v,--verbose", options.verbose, "print the time of every stage");
 }
 
-void print_json(const nlohmann::ordered_json& json) { fmt::print("{}\n", json.dump(2)); }
+void print_json(const nlohmann::ordered_json& json) {
+  fmt::print("{}\n", json.dump(2));
+}
 
 }  // namespace voxcarve

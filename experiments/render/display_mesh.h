@@ -36,7 +36,7 @@ struct DisplayMesh {
 };
 
 /// Splits the vertices of `soup` along creases and gives each copy the angle-weighted mean normal of its smoothing
-/// group (TW98). A group is a set of corners at one position that are linked across edges whose
+/// group [TW98]. A group is a set of corners at one position that are linked across edges whose
 /// faces differ by at most `crease_angle` degrees; positions that are equal to the last bit count as one, so unwelded
 /// triangles are shaded as one surface. Neighbours of opposite orientation never share a group unless the angle allows
 /// it. Degenerate triangles join no group, and their normals are finite.

@@ -11,7 +11,8 @@ namespace voxcarve {
 namespace {
 
 /// Runs one entry, without measuring.
-void run_method(const Model& model, const PlannedRun& planned, std::int64_t triangles, RunContext& context, ComparisonRow& row) {
+void run_method(const Model& model, const PlannedRun& planned, std::int64_t triangles, RunContext& context,
+                ComparisonRow& row) {
   if (const auto reason = planned.method->unsupported(model, planned.parameters)) {
     row.status = RunStatus::kSkipped;
     row.reason = reason->text;
@@ -59,7 +60,8 @@ std::string_view to_string(RunStatus status) {
 
 Parameters parameters_for_budget(const Method& method, std::int64_t triangles, std::vector<std::string> settings) {
   const ParameterSchema& schema = method.info().parameters;
-  if (triangles > 0 && schema.find("triangles") != nullptr) settings.insert(settings.begin(), "triangles=" + std::to_string(triangles));
+  if (triangles > 0 && schema.find("triangles") != nullptr)
+    settings.insert(settings.begin(), "triangles=" + std::to_string(triangles));
   return Parameters::parse(schema, settings, method.info().name);
 }
 
@@ -73,8 +75,9 @@ TriangleSoup level_for_budget(const MethodResult& result, std::int64_t triangles
   return level;
 }
 
-std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference, const std::vector<PlannedRun>& plan,
-                                           std::int64_t triangles, const MetricOptions& options, RunContext& context,
+std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference,
+                                           const std::vector<PlannedRun>& plan, std::int64_t triangles,
+                                           const MetricOptions& options, RunContext& context,
                                            const std::function<void(const std::string&)>& announce) {
   std::vector<ComparisonRow> rows;
   for (const PlannedRun& planned : plan) {
@@ -101,15 +104,19 @@ std::string exact_text(const MetricValue& value) {
 
 Table summary_table(const std::vector<ComparisonRow>& rows) {
   Table table;
-  table.header = {"method", "triangles", "components", "genus", "closed", "self-int.", "Hausdorff % diag", "sym. diff. % vol", "seconds"};
+  table.header = {"method",    "triangles",        "components",       "genus",  "closed",
+                  "self-int.", "Hausdorff % diag", "sym. diff. % vol", "seconds"};
   for (const ComparisonRow& row : rows) {
     if (row.status != RunStatus::kDone) {
       table.rows.push_back({row.method, std::string(to_string(row.status)), "", "", "", "", "", "", ""});
       continue;
     }
-    const auto text = [&](std::string_view key, double scale = 1) { return short_text(value_of(row.measurements, key), scale); };
-    table.rows.push_back({row.method, text("triangles"), text("components"), text("genus"), text("closed"), text("self_intersections"),
-                          text("hausdorff.relative_upper", 100), text("symmetric_difference.relative", 100), rounded(row.seconds, 3)});
+    const auto text = [&](std::string_view key, double scale = 1) {
+      return short_text(value_of(row.measurements, key), scale);
+    };
+    table.rows.push_back({row.method, text("triangles"), text("components"), text("genus"), text("closed"),
+                          text("self_intersections"), text("hausdorff.relative_upper", 100),
+                          text("symmetric_difference.relative", 100), rounded(row.seconds, 3)});
   }
   return table;
 }
@@ -127,7 +134,8 @@ Table full_table(const std::string& model, const std::vector<ComparisonRow>& row
     const std::string status = std::string(to_string(row.status)) + (row.reason.empty() ? "" : ": " + row.reason);
     std::vector<std::string> cells = {model, row.method, status, row.parameters};
     for (const std::string& key : keys) {
-      cells.push_back(row.status == RunStatus::kDone ? exact_text(value_of(row.measurements, key)) : "undefined: " + std::string(to_string(row.status)));
+      cells.push_back(row.status == RunStatus::kDone ? exact_text(value_of(row.measurements, key))
+                                                     : "undefined: " + std::string(to_string(row.status)));
     }
     cells.push_back(format_real(row.seconds));
     table.rows.push_back(std::move(cells));

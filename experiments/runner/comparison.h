@@ -42,13 +42,15 @@ std::string_view to_string(RunStatus status);
 /// Throws ParameterError.
 Parameters parameters_for_budget(const Method& method, std::int64_t triangles, std::vector<std::string> settings);
 
-/// The level that meets the budget: the finest with at most `triangles` triangles, or the coarsest. 0 asks for the finest.
+/// The level that meets the budget: the finest with at most `triangles` triangles, or the coarsest. 0 asks for the
+/// finest.
 TriangleSoup level_for_budget(const MethodResult& result, std::int64_t triangles);
 
 /// Runs and measures every entry of the plan. A method that does not apply is skipped, one that fails is a row with
 /// its reason; only Cancelled leaves. `reference` is the surface that results are measured against.
-std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference, const std::vector<PlannedRun>& plan,
-                                           std::int64_t triangles, const MetricOptions& options, RunContext& context,
+std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference,
+                                           const std::vector<PlannedRun>& plan, std::int64_t triangles,
+                                           const MetricOptions& options, RunContext& context,
                                            const std::function<void(const std::string&)>& announce);
 
 /// The text of a value for tables that are kept: shortest exact decimals, "undefined: reason".

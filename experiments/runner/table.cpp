@@ -9,7 +9,8 @@ namespace voxcarve {
 namespace {
 
 std::size_t display_width(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
 bool reads_as_number(const std::string& cell) {
@@ -79,6 +80,8 @@ std::string with_thousands(long long value) {
   return digits;
 }
 
-std::string rounded(double value, int digits) { return fmt::format("{:.{}g}", value, digits); }
+std::string rounded(double value, int digits) {
+  return fmt::format("{:.{}g}", value, digits);
+}
 
 }  // namespace voxcarve

@@ -1,5 +1,5 @@
-// Based on CGAL 5.5's Alpha_wrap_3 [AW22]; differs in lengths as shares of the diagonal, in moving the model to the unit
-// box first, and in being cancellable.
+// Based on CGAL 5.5's Alpha_wrap_3 [AW22]; differs in lengths as shares of the diagonal, in moving the model to the
+// unit box first, and in being cancellable.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
@@ -49,7 +49,8 @@ TriangleSoup to_soup(const CgalMesh& mesh, const Point& center, double scale) {
   for (const auto face : mesh.faces()) {
     Triangle triangle{};
     std::size_t corner = 0;
-    for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face))) triangle.at(corner++) = index_of[vertex.idx()];
+    for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face)))
+      triangle.at(corner++) = index_of[vertex.idx()];
     soup.triangles.push_back(triangle);
   }
   return soup;
@@ -69,15 +70,18 @@ TriangleSoup wrap(const TriangleSoup& soup, double alpha, double offset, RunCont
     if (!is_degenerate(soup, t)) faces.push_back({t[0], t[1], t[2]});
   }
   if (faces.empty()) throw MethodFailure("alpha-wrap needs a triangle with an area");
-  // Vertices of the wrap lie about alpha apart on a surface of a few squared diagonals; each takes its tetrahedra along.
+  // Vertices of the wrap lie about alpha apart on a surface of a few squared diagonals; each takes its tetrahedra
+  // along.
   constexpr double kBytesPerVertex = 4000;
   constexpr std::int64_t kFirstGuess = 1 << 16;
   Stage stage(context, "alpha wrap", kFirstGuess);
-  context.require_memory(static_cast<std::uint64_t>(kBytesPerVertex * 4 / (alpha * alpha)) + 400 * faces.size(), "alpha-wrap");
+  context.require_memory(static_cast<std::uint64_t>(kBytesPerVertex * 4 / (alpha * alpha)) + 400 * faces.size(),
+                         "alpha-wrap");
   WrapVisitor visitor(stage, kFirstGuess);
   CgalMesh mesh;
   try {
-    CGAL::alpha_wrap_3(points, faces, alpha, offset, mesh, CGAL::parameters::default_values(), CGAL::parameters::visitor(visitor));
+    CGAL::alpha_wrap_3(points, faces, alpha, offset, mesh, CGAL::parameters::default_values(),
+                       CGAL::parameters::visitor(visitor));
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
@@ -92,7 +96,8 @@ class AlphaWrap final : public Method {
 
  protected:
   MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const override {
-    TriangleSoup surface = wrap(reference_surface(model, context), parameters.real("alpha"), parameters.real("offset"), context);
+    TriangleSoup surface =
+        wrap(reference_surface(model, context), parameters.real("alpha"), parameters.real("offset"), context);
     if (surface.empty()) throw MethodFailure("alpha-wrap left nothing of " + model.name);
     const std::int64_t triangles = parameters.integer("triangles");
     if (triangles > 0) surface = reduce_openmesh(surface, triangles, context);
@@ -111,7 +116,8 @@ class AlphaWrap final : public Method {
     info.parameters.specs = {
         ParameterSpec::real("alpha", "diag", 0.001, 1, 0.02, "openings smaller than this are not entered"),
         ParameterSpec::real("offset", "diag", 0.0001, 0.5, 0.001, "distance of the wrap from the input"),
-        ParameterSpec::integer("triangles", "triangles", 0, std::int64_t{1} << 32, 0, "reduce the wrap to at most this many triangles; 0 leaves it")};
+        ParameterSpec::integer("triangles", "triangles", 0, std::int64_t{1} << 32, 0,
+                               "reduce the wrap to at most this many triangles; 0 leaves it")};
     info.closed_manifold = true;
     info.baseline = true;
     return info;
@@ -121,6 +127,8 @@ class AlphaWrap final : public Method {
 
 }  // namespace
 
-std::unique_ptr<Method> make_alpha_wrap() { return std::make_unique<AlphaWrap>(); }
+std::unique_ptr<Method> make_alpha_wrap() {
+  return std::make_unique<AlphaWrap>();
+}
 
 }  // namespace voxcarve

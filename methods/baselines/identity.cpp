@@ -30,6 +30,8 @@ class Identity final : public Method {
 
 }  // namespace
 
-std::unique_ptr<Method> make_identity() { return std::make_unique<Identity>(); }
+std::unique_ptr<Method> make_identity() {
+  return std::make_unique<Identity>();
+}
 
 }  // namespace voxcarve

@@ -27,7 +27,8 @@ class QSlim final : public Method {
     info.summary = "quadric edge collapse alone, which keeps the topology";
     info.citation = "GH97";
     info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
-    info.parameters.specs = {ParameterSpec::integer("triangles", "triangles", 4, std::int64_t{1} << 32, 1000, "collapse edges until at most this many triangles are left")};
+    info.parameters.specs = {ParameterSpec::integer("triangles", "triangles", 4, std::int64_t{1} << 32, 1000,
+                                                    "collapse edges until at most this many triangles are left")};
     info.baseline = true;
     return info;
   }
@@ -36,6 +37,8 @@ class QSlim final : public Method {
 
 }  // namespace
 
-std::unique_ptr<Method> make_qslim() { return std::make_unique<QSlim>(); }
+std::unique_ptr<Method> make_qslim() {
+  return std::make_unique<QSlim>();
+}
 
 }  // namespace voxcarve

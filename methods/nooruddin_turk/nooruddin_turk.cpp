@@ -23,16 +23,19 @@ MethodInfo make_info() {
   info.closed_manifold = true;
   info.parameters.specs = voxelization_parameters();
   auto& specs = info.parameters.specs;
-  specs.push_back(ParameterSpec::choice("morphology", {"none", "dilate", "erode", "open", "close"}, "none",
-                                        "operator on the volume: none is repair, close fills holes and joins parts, open removes thin parts"));
+  specs.push_back(ParameterSpec::choice(
+      "morphology", {"none", "dilate", "erode", "open", "close"}, "none",
+      "operator on the volume: none is repair, close fills holes and joins parts, open removes thin parts"));
   specs.push_back(ParameterSpec::real("distance", "voxels", 0, 1000, 3, "radius of the ball of the morphology"));
-  specs.push_back(ParameterSpec::integer("triangles", "triangles", 0, std::int64_t{1} << 32, 0,
-                                         "reduce the surface to at most this many triangles; 0 leaves it as extracted"));
+  specs.push_back(
+      ParameterSpec::integer("triangles", "triangles", 0, std::int64_t{1} << 32, 0,
+                             "reduce the surface to at most this many triangles; 0 leaves it as extracted"));
   return info;
 }
 
 /// Which operator to apply: a name of the parameter `morphology`.
-BinaryVolume apply_morphology(const BinaryVolume& volume, const std::string& morphology, double distance, RunContext& context) {
+BinaryVolume apply_morphology(const BinaryVolume& volume, const std::string& morphology, double distance,
+                              RunContext& context) {
   Stage stage(context, morphology, volume.frame.voxels());
   if (morphology == "dilate") return dilate(volume, distance, context);
   if (morphology == "erode") return erode(volume, distance, context);
@@ -62,11 +65,14 @@ class NooruddinTurk final : public Method {
     } else {
       BinaryVolume volume = interior(model, parameters, context);
       if (count_interior(volume) == 0) {
-        throw MethodFailure("no voxel centre lies inside " + model.name + " at this resolution; raise it, or use another classifier or number of directions");
+        throw MethodFailure("no voxel centre lies inside " + model.name +
+                            " at this resolution; raise it, or use another classifier or number of directions");
       }
       if (morphology != "none") {
         volume = apply_morphology(volume, morphology, parameters.real("distance"), context);
-        if (count_interior(volume) == 0) throw MethodFailure("the " + morphology + " removed every voxel of " + model.name + "; lower distance or raise resolution");
+        if (count_interior(volume) == 0)
+          throw MethodFailure("the " + morphology + " removed every voxel of " + model.name +
+                              "; lower distance or raise resolution");
       }
       surface = isosurface(volume, context);
       result.volumes.push_back({"result", std::move(volume)});
@@ -92,6 +98,8 @@ class NooruddinTurk final : public Method {
 
 }  // namespace
 
-std::unique_ptr<Method> make_nooruddin_turk() { return std::make_unique<NooruddinTurk>(); }
+std::unique_ptr<Method> make_nooruddin_turk() {
+  return std::make_unique<NooruddinTurk>();
+}
 
 }  // namespace voxcarve

@@ -24,7 +24,8 @@ TEST_F(Program, ListsMethodsAndTheirParameters) {
   const json method = run_json("methods nooruddin-turk");
   EXPECT_EQ(method["citation"], "NT03");
   bool found = false;
-  for (const json& parameter : method["parameters"]) found = found || (parameter["name"] == "resolution" && parameter["unit"] == "voxels");
+  for (const json& parameter : method["parameters"])
+    found = found || (parameter["name"] == "resolution" && parameter["unit"] == "voxels");
   EXPECT_TRUE(found);
   EXPECT_NE(run("methods nooruddin-turk").out.find("resolution"), std::string::npos);
 }
@@ -32,7 +33,7 @@ TEST_F(Program, ListsMethodsAndTheirParameters) {
 TEST_F(Program, WritesModelsAndMeasuresThem) {
   EXPECT_EQ(run("models 'torus?segments=32&tube_segments=16' -o torus.obj").code, 0);
   const json a = run_json("measure torus.obj")["a"];
-  EXPECT_EQ(a["vertices"], 512);   // 32 * 16
+  EXPECT_EQ(a["vertices"], 512);    // 32 * 16
   EXPECT_EQ(a["triangles"], 1024);  // two a quadrilateral
   EXPECT_EQ(a["genus"], 1);
   EXPECT_EQ(a["components"], 1);
@@ -40,23 +41,28 @@ TEST_F(Program, WritesModelsAndMeasuresThem) {
   EXPECT_EQ(a["boundary_loops"], 0);
   EXPECT_EQ(a["self_intersections"], 0);
   EXPECT_EQ(a["solid"]["b1"], 1);
-  for (const char* key : {"nonmanifold_edges", "nonmanifold_vertices", "area", "volume", "bbox_diagonal"}) EXPECT_TRUE(a.contains(key)) << key;
+  for (const char* key : {"nonmanifold_edges", "nonmanifold_vertices", "area", "volume", "bbox_diagonal"})
+    EXPECT_TRUE(a.contains(key)) << key;
 }
 
 TEST_F(Program, MeasuresPairs) {
   const json pair = run_json("measure model:torus model:torus");
   EXPECT_EQ(pair["hausdorff"]["upper"], 0.0);
   EXPECT_EQ(pair["symmetric_difference"]["volume"], 0.0);
-  for (const char* key : {"lower", "upper", "mean", "rms", "relative_upper"}) EXPECT_TRUE(pair["hausdorff"].contains(key)) << key;
+  for (const char* key : {"lower", "upper", "mean", "rms", "relative_upper"})
+    EXPECT_TRUE(pair["hausdorff"].contains(key)) << key;
   for (const char* side : {"a_to_b", "b_to_a"}) {
     EXPECT_TRUE(pair["hausdorff"][side].contains("lower"));
     EXPECT_TRUE(pair["hausdorff"][side].contains("upper"));
   }
-  for (const char* key : {"volume", "standard_error", "relative", "a_minus_b", "b_minus_a"}) EXPECT_TRUE(pair["symmetric_difference"].contains(key)) << key;
+  for (const char* key : {"volume", "standard_error", "relative", "a_minus_b", "b_minus_a"})
+    EXPECT_TRUE(pair["symmetric_difference"].contains(key)) << key;
 }
 
 TEST_F(Program, RunsAMethodWithAReport) {
-  const json report = run_json("run nooruddin-turk model:torus --set resolution=40 directions=13 --triangles 300 --check-invariants --report r.json -o t.ply");
+  const json report = run_json(
+      "run nooruddin-turk model:torus --set resolution=40 directions=13 --triangles 300 --check-invariants --report "
+      "r.json -o t.ply");
   EXPECT_LE(report["triangles"], 300);
   EXPECT_EQ(report["parameters"]["directions"], "13");
   EXPECT_EQ(report["invariants"][0]["holds"], true);
@@ -97,7 +103,8 @@ TEST_F(Program, ComparesWithASkippedAndAFailedRowAndSaysWhy) {
   std::ofstream(folder_ / "sheet.off") << "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
   const Outcome outcome = run("compare sheet.off --triangles 100 --set alpha=0.1 -o result");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("nooruddin-turk failed: no voxel centre lies inside sheet"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("nooruddin-turk failed: no voxel centre lies inside sheet"), std::string::npos)
+      << outcome.out;
 }
 
 TEST_F(Program, RendersOrSaysWhyNot) {
@@ -146,8 +153,10 @@ TEST_F(Program, FailsWithCode5AndLeavesTheOldFile) {
 
 TEST_F(Program, StopsCleanlyOnInterrupt) {
   // The run itself would take minutes.
-  const std::string command = "cd '" + folder_.string() + "' && timeout -s INT 1 '" VOXCARVE_PROGRAM
-                              "' run nooruddin-turk model:sphereflake --set resolution=1000 directions=13 -o out.ply 2>err.txt";
+  const std::string command =
+      "cd '" + folder_.string() +
+      "' && timeout -s INT 1 '" VOXCARVE_PROGRAM
+      "' run nooruddin-turk model:sphereflake --set resolution=1000 directions=13 -o out.ply 2>err.txt";
   const int status = std::system(command.c_str());
   const std::string message = read_text(folder_ / "err.txt");
   EXPECT_TRUE(WIFEXITED(status));
@@ -164,7 +173,8 @@ TEST_F(Program, PrintsNothingButJsonOnAPipe) {
 TEST_F(Program, HelpNamesEveryCommand) {
   const Outcome outcome = run("--help");
   EXPECT_EQ(outcome.code, 0);
-  for (const char* command : {"methods", "models", "run", "measure", "compare", "render"}) EXPECT_NE(outcome.out.find(command), std::string::npos);
+  for (const char* command : {"methods", "models", "run", "measure", "compare", "render"})
+    EXPECT_NE(outcome.out.find(command), std::string::npos);
 }
 
 }  // namespace

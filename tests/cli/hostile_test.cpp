@@ -29,7 +29,9 @@ class Hostile : public Program {
       const Outcome outcome = run("run " + name + " '" + input + "' -o out.ply --triangles 200" + settings);
       codes.push_back(outcome.code);
       const bool done = outcome.code == 0;
-      EXPECT_TRUE(done || (outcome.code >= 3 && outcome.code <= 5)) << name << " " << input << ": " << outcome.code << "\n" << outcome.err;
+      EXPECT_TRUE(done || (outcome.code >= 3 && outcome.code <= 5))
+          << name << " " << input << ": " << outcome.code << "\n"
+          << outcome.err;
       EXPECT_EQ(fs::exists(folder_ / "out.ply"), done) << name << " " << input;
       if (!done) {
         EXPECT_TRUE(outcome.err.starts_with("voxcarve: ")) << outcome.err;
@@ -40,7 +42,9 @@ class Hostile : public Program {
     return codes;
   }
 
-  void write(const std::string& name, const std::string& bytes) const { std::ofstream(folder_ / name, std::ios::binary) << bytes; }
+  void write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+  }
 
   void expect_refused(const std::string& name, const std::string& bytes) const {
     write(name, bytes);
@@ -58,13 +62,17 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 /// A tetrahedron in every text format of meshes.
 const std::string kPly =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement face 4\n"
-    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 "
+    "2\n";
 const std::string kOff = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
-const std::string kStl = "solid s\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid s\n";
+const std::string kStl =
+    "solid s\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid "
+    "s\n";
 
 TEST_F(Hostile, EmptyFilesOfEveryFormat) {
-  for (const char* name : {"e.ply", "e.obj", "e.off", "e.stl", "e.nrrd", "e.mhd", "e.mha", "e.png", "e.pbm", "e.pgm"}) expect_refused(name, "");
+  for (const char* name : {"e.ply", "e.obj", "e.off", "e.stl", "e.nrrd", "e.mhd", "e.mha", "e.png", "e.pbm", "e.pgm"})
+    expect_refused(name, "");
 }
 
 TEST_F(Hostile, TruncatedFilesOfEveryFormat) {
@@ -78,7 +86,8 @@ TEST_F(Hostile, TruncatedFilesOfEveryFormat) {
   ASSERT_EQ(run("run nooruddin-turk model:torus --set resolution=20 -o whole.mha").code, 0);
   for (const char* extension : {"ply", "stl", "nrrd", "mha"}) {
     const std::string bytes = read_text(folder_ / (std::string("whole.") + extension));
-    for (const std::size_t share : {1U, 5U, 9U}) expect_refused(std::string("t.") + extension, bytes.substr(0, bytes.size() * share / 10));
+    for (const std::size_t share : {1U, 5U, 9U})
+      expect_refused(std::string("t.") + extension, bytes.substr(0, bytes.size() * share / 10));
   }
   expect_refused("t.pbm", "P1\n4 4\n0 1 0 1\n");
   expect_refused("t.png", "\x89PNG\r\n\x1a\n");
@@ -99,7 +108,8 @@ TEST_F(Hostile, AbsurdCounts) {
     expect_refused("c.ply", replaced(kPly, "face 4", std::string("face ") + count));
     expect_refused("c.off", replaced(kOff, "4 4 0", std::string(count) + " 4 0"));
     expect_refused("c.off", replaced(kOff, "4 4 0", std::string("4 ") + count + " 0"));
-    expect_refused("c.nrrd", std::string("NRRD0004\ntype: uint8\ndimension: 3\nsizes: ") + count + " 9 9\nencoding: raw\n\nabc");
+    expect_refused("c.nrrd",
+                   std::string("NRRD0004\ntype: uint8\ndimension: 3\nsizes: ") + count + " 9 9\nencoding: raw\n\nabc");
     expect_refused("c.pbm", std::string("P1\n") + count + " 4\n0 1\n");
   }
   expect_refused("c.obj", replaced(kObj, "f 1 3 2", "f 1 3 4000000000"));

@@ -39,9 +39,11 @@ class Program : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   Outcome run(const std::string& arguments) const {
-    const std::string command = "cd '" + folder_.string() + "' && '" VOXCARVE_PROGRAM "' " + arguments + " >out.txt 2>err.txt";
+    const std::string command =
+        "cd '" + folder_.string() + "' && '" VOXCARVE_PROGRAM "' " + arguments + " >out.txt 2>err.txt";
     const int status = std::system(command.c_str());
-    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder_ / "out.txt"), read_text(folder_ / "err.txt")};
+    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder_ / "out.txt"),
+                    read_text(folder_ / "err.txt")};
     std::filesystem::remove(folder_ / "out.txt");
     std::filesystem::remove(folder_ / "err.txt");
     return outcome;
@@ -61,7 +63,8 @@ class Program : public testing::Test {
   }
   std::vector<std::string> files() const {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) names.push_back(entry.path().filename().string());
+    for (const auto& entry : std::filesystem::directory_iterator(folder_))
+      names.push_back(entry.path().filename().string());
     std::ranges::sort(names);
     return names;
   }

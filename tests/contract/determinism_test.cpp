@@ -12,10 +12,16 @@ namespace voxcarve {
 namespace {
 
 /// Ten models: closed, open, nested, overlapping, many parts, thin parts.
-const std::vector<std::string> kModels = {
-    "model:chair",           "model:perforated-box", "model:interpenetrating-figure", "model:torus?segments=40&tube_segments=20",
-    "model:genus-n?genus=5", "model:two-spheres",    "model:sphereflake?depth=1",     "open box",
-    "nested boxes",          "triangle soup"};
+const std::vector<std::string> kModels = {"model:chair",
+                                          "model:perforated-box",
+                                          "model:interpenetrating-figure",
+                                          "model:torus?segments=40&tube_segments=20",
+                                          "model:genus-n?genus=5",
+                                          "model:two-spheres",
+                                          "model:sphereflake?depth=1",
+                                          "open box",
+                                          "nested boxes",
+                                          "triangle soup"};
 
 Model model_named(const std::string& name) {
   if (name.starts_with("model:")) {
@@ -29,13 +35,15 @@ Model model_named(const std::string& name) {
     const auto next = [&] { return static_cast<double>((state = state * 1664525U + 1013904223U) >> 8) / (1 << 24); };
     for (std::uint32_t t = 0; t < 200; ++t) {
       const Point center(next(), next(), next());
-      for (int corner = 0; corner < 3; ++corner) soup.positions.emplace_back(center + 0.2 * Point(next(), next(), next()));
+      for (int corner = 0; corner < 3; ++corner)
+        soup.positions.emplace_back(center + 0.2 * Point(next(), next(), next()));
       soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     }
     return {name, soup};
   }
   soup.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  soup.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 5}, {0, 5, 4}, {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
+  soup.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 5}, {0, 5, 4}, {1, 2, 6},
+                    {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
   if (name == "nested boxes") {
     soup.triangles.push_back({4, 5, 6});
     soup.triangles.push_back({4, 6, 7});
@@ -65,10 +73,12 @@ Outcome outcome_of(const Model& model, const Method& method, int threads) {
   MetricOptions options;
   options.rays = 512;
   options.distance_samples = 500;
-  const ComparisonRow row = compare_methods(model, reference, {planned}, 500, options, context, [](const std::string&) {}).front();
+  const ComparisonRow row =
+      compare_methods(model, reference, {planned}, 500, options, context, [](const std::string&) {}).front();
   Outcome outcome;
   outcome.bytes = row.status == RunStatus::kDone ? serialize_mesh(row.surface, MeshFormat::kPly) : row.reason;
-  for (const Measurement& measurement : row.measurements) outcome.metrics.push_back(measurement.key + "=" + exact_text(measurement.value));
+  for (const Measurement& measurement : row.measurements)
+    outcome.metrics.push_back(measurement.key + "=" + exact_text(measurement.value));
   return outcome;
 }
 
@@ -85,11 +95,13 @@ TEST_P(Determinism, OneThreadAndTwoGiveTheSameBytes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(TenModels, Determinism, testing::ValuesIn(kModels), [](const testing::TestParamInfo<std::string>& parameter) {
-  std::string name = parameter.param.substr(0, parameter.param.find('?'));
-  std::ranges::replace_if(name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(TenModels, Determinism, testing::ValuesIn(kModels),
+                         [](const testing::TestParamInfo<std::string>& parameter) {
+                           std::string name = parameter.param.substr(0, parameter.param.find('?'));
+                           std::ranges::replace_if(
+                               name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace voxcarve

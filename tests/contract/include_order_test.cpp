@@ -27,14 +27,17 @@ std::vector<Include> all_includes() {
       std::ifstream file(entry.path());
       std::smatch match;
       for (std::string line; std::getline(file, line);) {
-        if (std::regex_search(line, match, kInclude)) includes.push_back({std::filesystem::relative(entry.path(), root).generic_string(), match[1]});
+        if (std::regex_search(line, match, kInclude))
+          includes.push_back({std::filesystem::relative(entry.path(), root).generic_string(), match[1]});
       }
     }
   }
   return includes;
 }
 
-std::string top(const std::string& path) { return path.substr(0, path.find('/')); }
+std::string top(const std::string& path) {
+  return path.substr(0, path.find('/'));
+}
 
 /// "nooruddin_turk" for a file in methods/nooruddin_turk, "" for methods/ itself.
 std::string method_folder(const std::string& path) {
@@ -53,7 +56,8 @@ TEST(IncludeOrder, EveryLayerIncludesOnlyThoseBelow) {
   };
   std::size_t ours = 0;
   for (const Include& include : all_includes()) {
-    if (!allowed.contains(top(include.to)) || include.to.find('/') == std::string::npos) continue;  // not of this project
+    if (!allowed.contains(top(include.to)) || include.to.find('/') == std::string::npos)
+      continue;  // not of this project
     ++ours;
     EXPECT_TRUE(allowed.at(top(include.from)).contains(top(include.to))) << include.from << " includes " << include.to;
     if (top(include.from) == "methods" && !method_folder(include.to).empty() && top(include.to) == "methods") {

@@ -33,11 +33,14 @@ std::vector<Model> small_models() {
   Grid<float> field(frame_of({8, 8, 8}));
   for (std::size_t i = 0; i < field.values.size(); ++i) field.values[i] = static_cast<float>(i % 8);
   models.push_back({"field", ScalarVolume{field, 3.5F}});
-  models.push_back({"ball", ImplicitSolid{[](const Point& p) { return p.norm() < 1; }, {Point::Constant(-1), Point::Constant(1)}}});
+  models.push_back(
+      {"ball", ImplicitSolid{[](const Point& p) { return p.norm() < 1; }, {Point::Constant(-1), Point::Constant(1)}}});
   return models;
 }
 
-Parameters defaults_of(const Method& method) { return Parameters::defaults(method.info().parameters); }
+Parameters defaults_of(const Method& method) {
+  return Parameters::defaults(method.info().parameters);
+}
 
 class EveryMethod : public testing::TestWithParam<const Method*> {
  protected:
@@ -75,7 +78,8 @@ TEST_P(EveryMethod, DescribesItself) {
   EXPECT_EQ(info.name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-"), std::string::npos) << info.name;
   EXPECT_FALSE(info.summary.empty());
   EXPECT_FALSE(info.accepts.empty());
-  EXPECT_EQ(std::ranges::count_if(all_methods(), [&](const Method* other) { return other->info().name == info.name; }), 1);
+  EXPECT_EQ(std::ranges::count_if(all_methods(), [&](const Method* other) { return other->info().name == info.name; }),
+            1);
 }
 
 TEST_P(EveryMethod, HasAValidSchema) {
@@ -86,13 +90,15 @@ TEST_P(EveryMethod, HasAValidSchema) {
     EXPECT_FALSE(spec.help.empty()) << spec.name;
     // The default reads back as itself, so it is in range and one of the choices.
     const std::string assignment = spec.name + "=" + to_string(spec.default_value);
-    EXPECT_NO_THROW(Parameters::parse(method().info().parameters, std::vector<std::string>{assignment}, "")) << assignment;
+    EXPECT_NO_THROW(Parameters::parse(method().info().parameters, std::vector<std::string>{assignment}, ""))
+        << assignment;
   }
   EXPECT_EQ(Parameters::parse(method().info().parameters, {}, "").canonical(), defaults_of(method()).canonical());
 }
 
 TEST_P(EveryMethod, RefusesUnknownParameters) {
-  EXPECT_THROW(Parameters::parse(method().info().parameters, std::vector<std::string>{"no_such_parameter=1"}, ""), ParameterError);
+  EXPECT_THROW(Parameters::parse(method().info().parameters, std::vector<std::string>{"no_such_parameter=1"}, ""),
+               ParameterError);
 }
 
 TEST_P(EveryMethod, SupportsSomethingAndGivesReasonsForTheRest) {
@@ -175,7 +181,8 @@ TEST_P(EveryMethod, StopsWhenItIsCancelledDuringTheRun) {
       try {
         method().run(model, defaults_of(method()), context);
         // Between the last stage's end and the return there is nothing left to stop.
-        EXPECT_TRUE(last_stage_was_over) << method().info().name << " went on after report " << stop_at << " of " << reports;
+        EXPECT_TRUE(last_stage_was_over) << method().info().name << " went on after report " << stop_at << " of "
+                                         << reports;
       } catch (const Cancelled&) {
       }
     }
@@ -221,7 +228,8 @@ TEST_P(EveryMethod, KeepsItsPromiseOfAClosedManifold) {
     if (method().info().closed_manifold) {
       EXPECT_FALSE(checks.empty());
     }
-    for (const InvariantCheck& check : checks) EXPECT_TRUE(check.holds) << model.name << ": " << check.name << ", " << check.detail;
+    for (const InvariantCheck& check : checks)
+      EXPECT_TRUE(check.holds) << model.name << ": " << check.name << ", " << check.detail;
   }
 }
 
@@ -229,7 +237,8 @@ TEST_P(EveryMethod, MeetsATriangleBudgetThatItTakes) {
   const ParameterSchema& schema = method().info().parameters;
   if (schema.find("triangles") == nullptr) GTEST_SKIP() << method().info().name << " takes no triangle budget";
   RunContext context;
-  const MethodResult result = method().run(small_models()[0], Parameters::parse(schema, std::vector<std::string>{"triangles=300"}, ""), context);
+  const MethodResult result = method().run(
+      small_models()[0], Parameters::parse(schema, std::vector<std::string>{"triangles=300"}, ""), context);
   EXPECT_LE(result.levels->extract(result.levels->size() - 1).triangles.size(), 300U);
 }
 
@@ -248,7 +257,9 @@ TEST_P(EveryMethod, RefusesModelsThatMakeNoSense) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Registered, EveryMethod, testing::ValuesIn(all_methods()),
-                         [](const testing::TestParamInfo<const Method*>& parameter) { return test_name(*parameter.param); });
+                         [](const testing::TestParamInfo<const Method*>& parameter) {
+                           return test_name(*parameter.param);
+                         });
 
 TEST(Registry, SuggestsTheNearestMethod) {
   try {

@@ -46,7 +46,8 @@ void survive(const Model& model) {
       continue;
     }
     EXPECT_NO_THROW(validate(surface, model.name)) << method->info().name;
-    for (const auto& measurements : {measure_shape(surface, options, context), measure_pair(*model.soup(), surface, options, context)}) {
+    for (const auto& measurements :
+         {measure_shape(surface, options, context), measure_pair(*model.soup(), surface, options, context)}) {
       for (const Measurement& measurement : measurements) {
         if (const auto* real = std::get_if<double>(&measurement.value)) {
           EXPECT_TRUE(std::isfinite(*real)) << model.name << ", " << method->info().name << ": " << measurement.key;
@@ -70,13 +71,28 @@ TEST(Nasty, HandMadeShapes) {
   repeated.triangles = {{0, 0, 1}, {0, 1, 2}, {0, 1, 2}, {2, 1, 0}};
   TriangleSoup flat = box(Point::Zero(), Point(1, 1, 0));
   TriangleSoup needle = box(Point::Zero(), Point(1, 1e-9, 1e-9));
-  const auto scaled = [&](double factor) { return transformed(cube, Eigen::Affine3d(Eigen::UniformScaling<double>(factor))); };
-  const auto moved = [&](double offset) { return transformed(cube, Eigen::Affine3d(Eigen::Translation3d(offset, offset, offset))); };
+  const auto scaled = [&](double factor) {
+    return transformed(cube, Eigen::Affine3d(Eigen::UniformScaling<double>(factor)));
+  };
+  const auto moved = [&](double offset) {
+    return transformed(cube, Eigen::Affine3d(Eigen::Translation3d(offset, offset, offset)));
+  };
   const std::vector<std::pair<std::string, TriangleSoup>> shapes = {
-      {"one triangle", one_triangle}, {"a line", line}, {"repeated triangles", repeated}, {"flat box", flat}, {"needle", needle},
-      {"inside out", inside_out(cube)}, {"doubled", joined({cube, cube})}, {"inside out and not", joined({cube, inside_out(cube)})},
+      {"one triangle", one_triangle},
+      {"a line", line},
+      {"repeated triangles", repeated},
+      {"flat box", flat},
+      {"needle", needle},
+      {"inside out", inside_out(cube)},
+      {"doubled", joined({cube, cube})},
+      {"inside out and not", joined({cube, inside_out(cube)})},
       {"touching edge", joined({cube, transformed(cube, Eigen::Affine3d(Eigen::Translation3d(1, 1, 0)))})},
-      {"1e-12", scaled(1e-12)}, {"1e12", scaled(1e12)}, {"1e-300", scaled(1e-300)}, {"1e300", scaled(1e300)}, {"at 1e12", moved(1e12)}, {"at 1e17", moved(1e17)}};
+      {"1e-12", scaled(1e-12)},
+      {"1e12", scaled(1e12)},
+      {"1e-300", scaled(1e-300)},
+      {"1e300", scaled(1e300)},
+      {"at 1e12", moved(1e12)},
+      {"at 1e17", moved(1e17)}};
   for (const auto& [name, soup] : shapes) {
     SCOPED_TRACE(name);
     survive({name, soup});

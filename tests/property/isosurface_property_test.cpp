@@ -26,7 +26,8 @@ void expect_closed_manifold(const SurfaceTopology& topology) {
 TEST(IsosurfaceProperty, RandomVolumesGiveManifoldsOfTheirDigitalTopology) {
   RunContext context;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
-    const Index3 dims(1 + static_cast<std::int64_t>(seed % 6), 1 + static_cast<std::int64_t>(seed / 6 % 6), 2 + static_cast<std::int64_t>(seed / 36 % 5));
+    const Index3 dims(1 + static_cast<std::int64_t>(seed % 6), 1 + static_cast<std::int64_t>(seed / 6 % 6),
+                      2 + static_cast<std::int64_t>(seed / 36 % 5));
     const BinaryVolume volume = random_volume(dims, 0.1 + 0.1 * static_cast<double>(seed % 9), seed);
     const TriangleSoup surface = isosurface(volume, context);
     const SurfaceTopology topology = analyze_topology(surface);
@@ -52,7 +53,8 @@ TEST(IsosurfaceProperty, RandomDensitiesGiveManifoldsWithoutZeroAreaTriangles) {
     DensityVolume density(pattern.frame);
     // Values 0, 0.25, 0.5 (the iso-value itself) and 1.
     for (std::size_t i = 0; i < density.values.size(); ++i) {
-      density.values[i] = pattern.values[i] != 0 ? (second.values[i] != 0 ? 1.0F : 0.5F) : (second.values[i] != 0 ? 0.25F : 0.0F);
+      density.values[i] =
+          pattern.values[i] != 0 ? (second.values[i] != 0 ? 1.0F : 0.5F) : (second.values[i] != 0 ? 0.25F : 0.0F);
     }
     const TriangleSoup surface = isosurface(density, 0.5F, context);
     ASSERT_NO_FATAL_FAILURE(expect_closed_manifold(analyze_topology(surface)));
@@ -72,9 +74,9 @@ TEST(Isosurface, OneVoxelIsAnOctahedronOfASixthOfItsVolume) {
 }
 
 TEST(Isosurface, ACubeLosesOnlyItsEdgesAndCorners) {
-  // n^3 voxels: the surface passes midway, so faces lie on the cube's; each of the 12 edges is bevelled between half-voxel
-  // crossings: a triangular prism of cross-section (1/2)^2 / 2 = 1/8 along n - 1 voxels, and at each corner the corner
-  // voxel's eighth [0, 1/2]^3 keeps the octahedron's 1/48: 8 (1/8 - 1/48) = 5/6 are lost.
+  // n^3 voxels: the surface passes midway, so faces lie on the cube's; each of the 12 edges is bevelled between
+  // half-voxel crossings: a triangular prism of cross-section (1/2)^2 / 2 = 1/8 along n - 1 voxels, and at each corner
+  // the corner voxel's eighth [0, 1/2]^3 keeps the octahedron's 1/48: 8 (1/8 - 1/48) = 5/6 are lost.
   RunContext context;
   for (const std::int64_t n : {2, 5, 9}) {
     const TriangleSoup surface = isosurface(BinaryVolume(frame_of({n, n, n}), 1), context);
@@ -89,7 +91,8 @@ TEST(Isosurface, FollowsALinearDensityExactly) {
   DensityVolume density(frame_of({4, 4, 10}));
   for (std::int64_t k = 0; k < 10; ++k)
     for (std::int64_t j = 0; j < 4; ++j)
-      for (std::int64_t i = 0; i < 4; ++i) density(i, j, k) = static_cast<float>(std::max(0.0, 1 - std::abs(static_cast<double>(k) + 0.5 - 5) / 4));
+      for (std::int64_t i = 0; i < 4; ++i)
+        density(i, j, k) = static_cast<float>(std::max(0.0, 1 - std::abs(static_cast<double>(k) + 0.5 - 5) / 4));
   const Box box = bounds(isosurface(density, 0.5F, context));
   EXPECT_DOUBLE_EQ(box.lower[2], 3);
   EXPECT_DOUBLE_EQ(box.upper[2], 7);

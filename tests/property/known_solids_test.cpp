@@ -19,7 +19,8 @@ using test::joined;
 TriangleSoup repaired(const TriangleSoup& soup, std::vector<std::string> settings) {
   const Method& method = find_method("nooruddin-turk");
   RunContext context;
-  const MethodResult result = method.run({"solid", soup}, Parameters::parse(method.info().parameters, settings, ""), context);
+  const MethodResult result =
+      method.run({"solid", soup}, Parameters::parse(method.info().parameters, settings, ""), context);
   const TriangleSoup surface = result.levels->extract(0);
   const auto topology = analyze_topology(surface);
   EXPECT_TRUE(topology.closed && topology.oriented && topology.nonmanifold_vertices == 0);
@@ -43,7 +44,9 @@ void expect_solid(const TriangleSoup& surface, const Expected& expected) {
 /// Every point of the voxelized surface lies within sqrt(3)/2 voxel of a voxel face between an interior and an exterior
 /// centre, so within one voxel diagonal of the surface: the volume differs by at most the area times sqrt(3) voxels, to
 /// first order. Centres fall evenly on both sides, so a quarter of that is asked for.
-double volume_bound(const TriangleSoup& soup, double voxel_size) { return 0.25 * std::sqrt(3.0) * voxel_size * surface_area(soup); }
+double volume_bound(const TriangleSoup& soup, double voxel_size) {
+  return 0.25 * std::sqrt(3.0) * voxel_size * surface_area(soup);
+}
 
 constexpr const char* kDirections[] = {"directions=1", "directions=3", "directions=13"};
 
@@ -51,21 +54,24 @@ TEST(KnownSolids, CubeAlignedToTheGrid) {
   // 20 voxels a side of edge 1/20: exactly n^3 voxels. The isosurface bevels edges and corners: see
   // Isosurface.ACubeLosesOnlyItsEdgesAndCorners, (8000 - 12 * 19 / 8 - 5/6) / 8000.
   for (const char* directions : kDirections) {
-    expect_solid(repaired(box(Point::Zero(), Point::Ones()), {"resolution=20", directions}), {1, 0, (8000 - 28.5 - 5.0 / 6) / 8000, 1e-12});
+    expect_solid(repaired(box(Point::Zero(), Point::Ones()), {"resolution=20", directions}),
+                 {1, 0, (8000 - 28.5 - 5.0 / 6) / 8000, 1e-12});
   }
 }
 
 TEST(KnownSolids, Sphere) {
   const TriangleSoup sphere = icosphere(Point(1, 2, 3), 2, 4);
   for (const char* directions : kDirections) {
-    expect_solid(repaired(sphere, {"resolution=48", directions}), {1, 0, signed_volume(sphere), volume_bound(sphere, 4.0 / 48)});
+    expect_solid(repaired(sphere, {"resolution=48", directions}),
+                 {1, 0, signed_volume(sphere), volume_bound(sphere, 4.0 / 48)});
   }
 }
 
 TEST(KnownSolids, Torus) {
   const TriangleSoup shape = torus(3, 1, 96, 48);
   for (const char* directions : kDirections) {
-    expect_solid(repaired(shape, {"resolution=64", directions}), {1, 1, signed_volume(shape), volume_bound(shape, 8.0 / 64)});
+    expect_solid(repaired(shape, {"resolution=64", directions}),
+                 {1, 1, signed_volume(shape), volume_bound(shape, 8.0 / 64)});
   }
 }
 
@@ -73,7 +79,8 @@ TEST(KnownSolids, GenusThree) {
   const TriangleSoup shape = make_procedural("genus-n?genus=3");
   for (const char* directions : kDirections) {
     const double voxel = bounds(shape).extent().maxCoeff() / 60;
-    expect_solid(repaired(shape, {"resolution=60", directions}), {1, 3, signed_volume(shape), volume_bound(shape, voxel)});
+    expect_solid(repaired(shape, {"resolution=60", directions}),
+                 {1, 3, signed_volume(shape), volume_bound(shape, voxel)});
   }
 }
 
@@ -84,9 +91,11 @@ TEST(KnownSolids, NestedShellsKeepTheVoidByParity) {
   const TriangleSoup shells = joined({outer, inside_out(inner)});
   const double bound = volume_bound(shells, 4.0 / 48);
   for (const char* directions : kDirections) {
-    expect_solid(repaired(shells, {"resolution=48", directions}), {2, 0, signed_volume(outer) - signed_volume(inner), bound});
+    expect_solid(repaired(shells, {"resolution=48", directions}),
+                 {2, 0, signed_volume(outer) - signed_volume(inner), bound});
   }
-  expect_solid(repaired(shells, {"resolution=48", "directions=13", "classifier=stabbing"}), {1, 0, signed_volume(outer), bound});
+  expect_solid(repaired(shells, {"resolution=48", "directions=13", "classifier=stabbing"}),
+               {1, 0, signed_volume(outer), bound});
 }
 
 TEST(KnownSolids, TwoCubesThatTouchInAFaceAreOne) {
@@ -112,7 +121,8 @@ TEST(KnownSolids, TwoCubesThatTouchInAnEdgeAreTwo) {
 TEST(KnownSolids, APerforatedBoxKeepsItsHundredTunnelsUntilTheyAreClosed) {
   const TriangleSoup shape = make_procedural("perforated-box");
   EXPECT_EQ(analyze_topology(repaired(shape, {"resolution=160"})).genus.value_or(-1), 100);
-  EXPECT_EQ(analyze_topology(repaired(shape, {"resolution=160", "morphology=close", "distance=8"})).genus.value_or(-1), 0);
+  EXPECT_EQ(analyze_topology(repaired(shape, {"resolution=160", "morphology=close", "distance=8"})).genus.value_or(-1),
+            0);
 }
 
 }  // namespace

@@ -49,12 +49,14 @@ double line_hull_volume(const TriangleSoup& soup, const std::vector<Point>& dire
   for (int k = 0; k < n; ++k) {
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
-        const Point point = box.lower + Point((i + jitter()) * cell[0], (j + jitter()) * cell[1], (k + jitter()) * cell[2]);
+        const Point point =
+            box.lower + Point((i + jitter()) * cell[0], (j + jitter()) * cell[1], (k + jitter()) * cell[2]);
         inside += std::ranges::all_of(stabbers, [&](const LineStabber& stabber) {
           crossings.clear();
           stabber.append_crossings(point.dot(stabber.frame().u), point.dot(stabber.frame().v), crossings);
           const double depth = point.dot(stabber.frame().w);
-          const auto in_front = std::ranges::count_if(crossings, [depth](const Crossing& c) { return c.depth <= depth; });
+          const auto in_front =
+              std::ranges::count_if(crossings, [depth](const Crossing& c) { return c.depth <= depth; });
           return in_front > 0 && in_front < static_cast<std::ptrdiff_t>(crossings.size());
         });
       }
@@ -64,7 +66,8 @@ double line_hull_volume(const TriangleSoup& soup, const std::vector<Point>& dire
 }
 
 void expect_stabbing_converges(const TriangleSoup& soup, const std::string& resolution) {
-  const TriangleSoup stabbed = run(soup, {"classifier=stabbing", "directions=13", "resolution=" + resolution}).levels->extract(0);
+  const TriangleSoup stabbed =
+      run(soup, {"classifier=stabbing", "directions=13", "resolution=" + resolution}).levels->extract(0);
   expect_one_closed_component(stabbed);
   // The sample's standard error is below sqrt(points near the surface) / points inside, about 0.1 % here.
   const double hull = line_hull_volume(soup, voxelization_directions(13), 110);
@@ -81,9 +84,10 @@ TEST(ParityCount, HollowsTheOverlapsOfParts) {
   RunContext context;
   const GridFrame frame = voxel_frame(bounds(figure), 200);
   const BinaryVolume parity = voxelize(figure, frame, {.classifier = Classifier::kParity, .directions = 13}, context);
-  const BinaryVolume stabbing = voxelize(figure, frame, {.classifier = Classifier::kStabbing, .directions = 13}, context);
-  // Parity is within stabbing: what lies inside a part lies between a first and a last crossing in every direction. Only
-  // centres closer to the surface than oblique rays are moved, 2^-10 voxel, may tell otherwise.
+  const BinaryVolume stabbing =
+      voxelize(figure, frame, {.classifier = Classifier::kStabbing, .directions = 13}, context);
+  // Parity is within stabbing: what lies inside a part lies between a first and a last crossing in every direction.
+  // Only centres closer to the surface than oblique rays are moved, 2^-10 voxel, may tell otherwise.
   const AabbTree tree(figure);
   std::int64_t hollowed = 0;
   for (std::int64_t k = 0; k < parity.nz(); ++k) {
@@ -100,8 +104,8 @@ TEST(ParityCount, HollowsTheOverlapsOfParts) {
 }
 
 TEST(Closing, JoinsTheSlatsOfTheChairIntoOneSolidOfGenusZero) {
-  // [NT03, Fig. 9]: closing distance 10, 170 faces. At 256 voxels the gaps between slats have 0.045 * 256 / 0.985, about
-  // 11.7 voxels, fewer than the 20 that a ball of radius 10 bridges.
+  // [NT03, Fig. 9]: closing distance 10, 170 faces. At 256 voxels the gaps between slats have 0.045 * 256 / 0.985,
+  // about 11.7 voxels, fewer than the 20 that a ball of radius 10 bridges.
   const TriangleSoup chair = make_procedural("chair");
   EXPECT_NEAR(static_cast<double>(chair.triangles.size()), 3261, 0.02 * 3261);
   const MethodResult result = run(chair, {"resolution=256", "morphology=close", "distance=10", "triangles=170"});

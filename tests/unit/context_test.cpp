@@ -58,7 +58,8 @@ TEST(RunContext, RefusesMoreMemoryThanTheBudgetAndSaysHowMuchIsNeeded) {
     context.require_memory(2048, "a grid");
     FAIL() << "2 KiB fit a budget of 1 KiB";
   } catch (const ResourceError& error) {
-    EXPECT_EQ(std::string(error.what()), "a grid needs 2.0 KiB, more than the memory budget of 1.0 KiB; lower the resolution or raise --memory");
+    EXPECT_EQ(std::string(error.what()),
+              "a grid needs 2.0 KiB, more than the memory budget of 1.0 KiB; lower the resolution or raise --memory");
     EXPECT_EQ(error.exit_code(), ExitCode::kResource);
   }
 }
@@ -85,7 +86,11 @@ TEST(ParallelFor, VisitsEveryIndexOnceInTheSameChunksOnAnyNumberOfThreads) {
 TEST(ParallelFor, PassesExceptionsOfTheBodyOn) {
   RunContext context;
   context.threads = 2;
-  EXPECT_THROW(parallel_for(context, 0, 100, 1, [](std::int64_t begin, std::int64_t) { if (begin == 50) throw MethodFailure("no"); }), MethodFailure);
+  EXPECT_THROW(parallel_for(context, 0, 100, 1,
+                            [](std::int64_t begin, std::int64_t) {
+                              if (begin == 50) throw MethodFailure("no");
+                            }),
+               MethodFailure);
 }
 
 }  // namespace

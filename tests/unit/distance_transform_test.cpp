@@ -33,7 +33,8 @@ Grid<std::int32_t> brute_force_distance(const BinaryVolume& volume, std::uint8_t
 TEST(SquaredDistance, AgreesWithBruteForceOnRandomVolumes) {
   RunContext context;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    const Index3 dims(1 + static_cast<std::int64_t>(seed * 7 % 13), 1 + static_cast<std::int64_t>(seed * 5 % 11), 1 + static_cast<std::int64_t>(seed * 3 % 9));
+    const Index3 dims(1 + static_cast<std::int64_t>(seed * 7 % 13), 1 + static_cast<std::int64_t>(seed * 5 % 11),
+                      1 + static_cast<std::int64_t>(seed * 3 % 9));
     const double fill = seed % 3 == 0 ? 0.01 : seed % 3 == 1 ? 0.1 : 0.6;
     const BinaryVolume volume = random_volume(dims, fill, seed);
     for (const std::uint8_t feature : {std::uint8_t{0}, std::uint8_t{1}}) {
@@ -62,7 +63,8 @@ std::int64_t ball_voxels(double radius) {
   const auto reach = static_cast<std::int64_t>(radius) + 1;
   for (std::int64_t x = -reach; x <= reach; ++x)
     for (std::int64_t y = -reach; y <= reach; ++y)
-      for (std::int64_t z = -reach; z <= reach; ++z) count += static_cast<double>(x * x + y * y + z * z) <= radius * radius;
+      for (std::int64_t z = -reach; z <= reach; ++z)
+        count += static_cast<double>(x * x + y * y + z * z) <= radius * radius;
   return count;
 }
 
@@ -92,7 +94,8 @@ TEST(Morphology, ErosionSeesTheExteriorBeyondTheGrid) {
 TEST(Morphology, ClosingFillsAGapOfTwiceTheDistanceAndNotMore) {
   // Two slabs 4 x 20 x 20, 6 voxels apart: a ball of radius r enters the gap from its side unless 2 r >= 6 + something;
   // in the middle of the gap, planes of gap voxels lie at most 3.5 from the nearest slab centre: filled iff no ball of
-  // radius r placed in the gap avoids both slabs, i.e. iff its centre, 3 or 4 from a slab's voxels, is within r: r >= 3.
+  // radius r placed in the gap avoids both slabs, i.e. iff its centre, 3 or 4 from a slab's voxels, is within r: r
+  // >= 3.
   RunContext context;
   BinaryVolume slabs(frame_of({14, 20, 20}), 1);
   for (std::int64_t k = 0; k < 20; ++k)

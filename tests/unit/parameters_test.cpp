@@ -10,12 +10,16 @@ namespace {
 
 ParameterSchema example_schema() {
   ParameterSchema schema;
-  schema.specs = {ParameterSpec::toggle("exposed", true, "a switch"), ParameterSpec::integer("resolution", "voxels", 2, 64, 16, "an integer"),
-                  ParameterSpec::real("distance", "voxels", 0, 10, 2.5, "a real"), ParameterSpec::choice("kernel", {"box", "gaussian"}, "box", "a choice")};
+  schema.specs = {ParameterSpec::toggle("exposed", true, "a switch"),
+                  ParameterSpec::integer("resolution", "voxels", 2, 64, 16, "an integer"),
+                  ParameterSpec::real("distance", "voxels", 0, 10, 2.5, "a real"),
+                  ParameterSpec::choice("kernel", {"box", "gaussian"}, "box", "a choice")};
   return schema;
 }
 
-Parameters parse(std::vector<std::string> assignments) { return Parameters::parse(example_schema(), assignments, "example"); }
+Parameters parse(std::vector<std::string> assignments) {
+  return Parameters::parse(example_schema(), assignments, "example");
+}
 
 std::string refusal(std::vector<std::string> assignments) {
   try {
@@ -35,7 +39,8 @@ TEST(Parameters, TakesDefaultsForWhatIsNotSet) {
 }
 
 TEST(Parameters, ReadsEveryTypeAndLetsTheLaterAssignmentWin) {
-  const Parameters parameters = parse({"exposed=off", "resolution=8", "distance=1e-3", "kernel=gaussian", "resolution=9"});
+  const Parameters parameters =
+      parse({"exposed=off", "resolution=8", "distance=1e-3", "kernel=gaussian", "resolution=9"});
   EXPECT_FALSE(parameters.toggle("exposed"));
   EXPECT_EQ(parameters.integer("resolution"), 9);
   EXPECT_EQ(parameters.real("distance"), 1e-3);
@@ -53,9 +58,12 @@ TEST(Parameters, SuggestsTheNearestNameForAnUnknownOne) {
 }
 
 TEST(Parameters, RefusesWhatDoesNotFitAndSaysWhatWould) {
-  EXPECT_EQ(refusal({"resolution=1"}), "example: resolution=1 must be an integer of at least 2 and at most 64 (voxels)");
-  EXPECT_EQ(refusal({"resolution=8.5"}), "example: resolution=8.5 must be an integer of at least 2 and at most 64 (voxels)");
-  EXPECT_EQ(refusal({"distance=nan"}), "example: distance=nan must be a real number of at least 0 and at most 10 (voxels)");
+  EXPECT_EQ(refusal({"resolution=1"}),
+            "example: resolution=1 must be an integer of at least 2 and at most 64 (voxels)");
+  EXPECT_EQ(refusal({"resolution=8.5"}),
+            "example: resolution=8.5 must be an integer of at least 2 and at most 64 (voxels)");
+  EXPECT_EQ(refusal({"distance=nan"}),
+            "example: distance=nan must be a real number of at least 0 and at most 10 (voxels)");
   EXPECT_EQ(refusal({"kernel=hat"}), "example: kernel=hat must be one of box, gaussian");
   EXPECT_EQ(refusal({"exposed=maybe"}), "example: exposed=maybe must be on or off");
   EXPECT_EQ(refusal({"exposed"}), "'exposed' is not of the form name=value");
@@ -64,9 +72,11 @@ TEST(Parameters, RefusesWhatDoesNotFitAndSaysWhatWould) {
 TEST(Parameters, ChecksCombinations) {
   ParameterSchema schema = example_schema();
   schema.check = [](const Parameters& p) {
-    if (p.real("distance") > static_cast<double>(p.integer("resolution"))) throw ParameterError("distance exceeds resolution");
+    if (p.real("distance") > static_cast<double>(p.integer("resolution")))
+      throw ParameterError("distance exceeds resolution");
   };
-  EXPECT_THROW(Parameters::parse(schema, std::vector<std::string>{"resolution=2", "distance=3"}, "example"), ParameterError);
+  EXPECT_THROW(Parameters::parse(schema, std::vector<std::string>{"resolution=2", "distance=3"}, "example"),
+               ParameterError);
   EXPECT_NO_THROW(Parameters::parse(schema, std::vector<std::string>{"resolution=3", "distance=3"}, "example"));
 }
 

@@ -34,7 +34,8 @@ TEST(ReduceOpenmesh, KeepsTheTopologyAndMeetsTheCount) {
 TEST(ReduceOpenmesh, KeepsTheShape) {
   // Faces of a finely divided box are flat: collapses that cost nothing leave its volume.
   RunContext context;
-  const TriangleSoup fine = block_surface({1, 2, 3}, [](int, int, int) { return true; }, 1.0, 8);
+  const TriangleSoup fine = block_surface(
+      {1, 2, 3}, [](int, int, int) { return true; }, 1.0, 8);
   const TriangleSoup reduced = reduce_openmesh(fine, 100, context);
   EXPECT_NEAR(signed_volume(reduced), 6, 1e-9);
   EXPECT_NEAR(surface_area(reduced), 22, 1e-9);
@@ -60,8 +61,12 @@ TEST(ReduceOpenmesh, LeavesWhatIsWithinTheCount) {
 
 TEST(ReduceOpenmesh, CutsNonManifoldInputAndSaysSo) {
   // Two boxes that share an edge by index.
-  TriangleSoup soup = merge_equal_positions(joined({block_surface({1, 1, 1}, [](int, int, int) { return true; }, 1.0, 6),
-                                                    transformed(block_surface({1, 1, 1}, [](int, int, int) { return true; }, 1.0, 6), Eigen::Affine3d(Eigen::Translation3d(1, 1, 0)))}));
+  TriangleSoup soup =
+      merge_equal_positions(joined({block_surface(
+                                        {1, 1, 1}, [](int, int, int) { return true; }, 1.0, 6),
+                                    transformed(block_surface(
+                                                    {1, 1, 1}, [](int, int, int) { return true; }, 1.0, 6),
+                                                Eigen::Affine3d(Eigen::Translation3d(1, 1, 0)))}));
   ASSERT_GT(analyze_topology(soup).nonmanifold_edges, 0);
   RunContext context;
   const TriangleSoup reduced = reduce_openmesh(soup, 100, context);
@@ -74,11 +79,12 @@ TEST(ReduceOpenmesh, CutsNonManifoldInputAndSaysSo) {
 TEST(ReduceOpenmesh, WorksFarFromTheOriginAndAtAnyScale) {
   RunContext context;
   for (const double scale : {1e-12, 1e12}) {
-    const TriangleSoup sphere = transformed(icosphere(Point::Zero(), 1, 3), Eigen::Affine3d(Eigen::UniformScaling<double>(scale)));
+    const TriangleSoup sphere =
+        transformed(icosphere(Point::Zero(), 1, 3), Eigen::Affine3d(Eigen::UniformScaling<double>(scale)));
     const TriangleSoup reduced = reduce_openmesh(sphere, 200, context);
     EXPECT_LE(reduced.triangles.size(), 200U);
-    // 200 equal triangles have edges with a^2 = 16 pi / (200 sqrt 3) = 0.145; inscribed, their planes lie a^2 / 8 below the
-    // sphere on average, so the best polyhedron loses 3 a^2 / 8 = 5.4 %. Half as much again is allowed.
+    // 200 equal triangles have edges with a^2 = 16 pi / (200 sqrt 3) = 0.145; inscribed, their planes lie a^2 / 8 below
+    // the sphere on average, so the best polyhedron loses 3 a^2 / 8 = 5.4 %. Half as much again is allowed.
     EXPECT_NEAR(signed_volume(reduced) / signed_volume(sphere), 1, 0.081) << scale;
   }
 }

@@ -118,7 +118,8 @@ TEST(Voxelize, AgreesWithBruteForceInGeneralPosition) {
       for (std::int64_t j = 0; j < 20; ++j) {
         for (std::int64_t i = 0; i < 20; ++i) {
           const Point center = frame.center({i, j, k});
-          ASSERT_EQ(volume(i, j, k) != 0, brute_force_inside(shape, center, Point(0.137, 0.731, 0.519))) << center.transpose();
+          ASSERT_EQ(volume(i, j, k) != 0, brute_force_inside(shape, center, Point(0.137, 0.731, 0.519)))
+              << center.transpose();
         }
       }
     }
@@ -126,8 +127,8 @@ TEST(Voxelize, AgreesWithBruteForceInGeneralPosition) {
 }
 
 TEST(Voxelize, ParityHollowsOverlapsAndStabbingDoesNot) {
-  // Two 4-cubes overlapping in a 2 x 4 x 4 slab: 64 + 64 voxels, 32 of them in both. Their union is a 6 x 4 x 4 box, which is its own
-  // line hull in every direction.
+  // Two 4-cubes overlapping in a 2 x 4 x 4 slab: 64 + 64 voxels, 32 of them in both. Their union is a 6 x 4 x 4 box,
+  // which is its own line hull in every direction.
   const TriangleSoup overlapping = joined({box(Point(1, 1, 1), Point(5, 5, 5)), box(Point(3, 1, 1), Point(7, 5, 5))});
   for (const int directions : {3, 13}) {
     EXPECT_EQ(count_interior(voxelize_with(overlapping, frame_of({8, 8, 8}), Classifier::kParity, directions)), 64);
@@ -136,7 +137,8 @@ TEST(Voxelize, ParityHollowsOverlapsAndStabbingDoesNot) {
 }
 
 TEST(Voxelize, NestedShellsKeepTheirCavityByParityAndLoseItByStabbing) {
-  const TriangleSoup shells = joined({box(Point::Constant(1), Point::Constant(9)), inside_out(box(Point::Constant(3), Point::Constant(6)))});
+  const TriangleSoup shells =
+      joined({box(Point::Constant(1), Point::Constant(9)), inside_out(box(Point::Constant(3), Point::Constant(6)))});
   EXPECT_EQ(count_interior(voxelize_with(shells, frame_of({10, 10, 10}), Classifier::kParity, 3)), 512 - 27);
   EXPECT_EQ(count_interior(voxelize_with(shells, frame_of({10, 10, 10}), Classifier::kStabbing, 3)), 512);
 }
@@ -210,7 +212,8 @@ TEST(Voxelize, TinyHugeAndFarModelsGiveTheSameVolume) {
   for (const double scale : {0x1p-40, 0x1p40}) {  // powers of two: not a digit changes
     EXPECT_EQ(volume_of(transformed(shape, Eigen::Affine3d(Eigen::UniformScaling<double>(scale)))), expected);
   }
-  const std::vector<std::uint8_t> far_away = volume_of(transformed(shape, Eigen::Affine3d(Eigen::Translation3d(1e9, -1e9, 1e9))));
+  const std::vector<std::uint8_t> far_away =
+      volume_of(transformed(shape, Eigen::Affine3d(Eigen::Translation3d(1e9, -1e9, 1e9))));
   ASSERT_EQ(far_away.size(), expected.size());
   // Coordinates of 1e9 keep digits down to 1e-7: only a voxel centre so close to the surface may change.
   int changed = 0;

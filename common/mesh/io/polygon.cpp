@@ -15,7 +15,7 @@ using Point2 = Eigen::Vector2d;
 double turn(const Point2& a, const Point2& b, const Point2& c) {
   const double left = (b[0] - a[0]) * (c[1] - a[1]);
   const double right = (b[1] - a[1]) * (c[0] - a[0]);
-  // She97: the rounding error of this expression stays below (3 + 16 eps) eps (|left| + |right|), eps = 2^-53.
+  // [She97]: the rounding error of this expression stays below (3 + 16 eps) eps (|left| + |right|), eps = 2^-53.
   constexpr double kBound = 3.4e-16;
   const double area = left - right;
   return std::abs(area) <= kBound * (std::abs(left) + std::abs(right)) ? 0.0 : area;
