@@ -10,6 +10,10 @@ endif()
 
 # Not -O3: g++ 12 then warns of std::string's own concatenation (GCC bug 105651), and warnings are errors here.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+if(VOXCARVE_SANITIZE)
+  # Lines in reports, and no more: CGAL's templates with sanitizers and full debugging data take minutes and gigabytes.
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1 -DNDEBUG")
+endif()
 
 find_program(VOXCARVE_CCACHE ccache)
 if(VOXCARVE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
