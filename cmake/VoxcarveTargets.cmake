@@ -34,7 +34,8 @@ target_compile_options(voxcarve_options INTERFACE -Wall -Wextra -Wpedantic -Wsha
   # The same bytes everywhere: no fused multiply-add that one machine has and another lacks.
   -ffp-contract=off)
 if(VOXCARVE_SANITIZE)
-  target_compile_options(voxcarve_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_compile_options(voxcarve_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+    -Wno-maybe-uninitialized)  # the checks themselves look uninitialised to g++
   target_link_options(voxcarve_options INTERFACE -fsanitize=address,undefined)
 endif()
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/run/errors.h"
 
@@ -42,6 +43,21 @@ std::uint64_t shape_bytes(const Model& model) {
   return sizeof(ImplicitSolid);
 }
 
+namespace {
+
+/// Voxels must be larger than the last digits of their coordinates.
+void validate_frame(const GridFrame& frame, const std::string& name) {
+  const Point far_corner = frame.center(frame.dims);
+  const double largest = std::max(frame.origin.cwiseAbs().maxCoeff(), far_corner.cwiseAbs().maxCoeff());
+  constexpr double kDigits = 8 * std::numeric_limits<double>::epsilon();
+  if (!(frame.voxel_size > 0) || !std::isfinite(largest) || frame.voxel_size < largest * kDigits) {
+    throw InputError(name +
+                     ": its voxels are smaller than the last digits of their coordinates; move the origin nearer to 0");
+  }
+}
+
+}  // namespace
+
 void validate(const Model& model) {
   if (const auto* soup = model.soup()) {
     validate(*soup, model.name);
@@ -53,8 +69,10 @@ void validate(const Model& model) {
     if (!std::ranges::all_of(scalar->grid.values, [](float value) { return std::isfinite(value); })) {
       throw InputError(model.name + " holds a value that is not finite");
     }
+    validate_frame(scalar->grid.frame, model.name);
   } else if (const auto* binary = std::get_if<BinaryVolume>(&model.shape)) {
     if (binary->values.empty()) throw InputError(model.name + " has no voxel");
+    validate_frame(binary->frame, model.name);
   } else if (std::get<ImplicitSolid>(model.shape).box.empty()) {
     throw InputError(model.name + " has an empty box");
   }

@@ -25,6 +25,7 @@ struct MethodInfo {
   std::vector<ModelKind> accepts;
   ParameterSchema parameters;
   bool closed_manifold = false;  ///< promises that every level is a closed, oriented 2-manifold
+  bool gives_volume = false;     ///< results hold a volume, that a volume file can take
   bool baseline = false;         ///< stands in tables to be compared with
 };
 

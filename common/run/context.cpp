@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <thread>
 
 #include "common/run/errors.h"
 #include "common/run/text.h"
@@ -102,7 +103,9 @@ void parallel_for(const RunContext& context, std::int64_t begin, std::int64_t en
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
     return;
   }
-  tbb::task_arena arena(context.threads);
+  // More threads than cores would only make the scheduler complain; the result does not depend on their number.
+  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  tbb::task_arena arena(std::min(context.threads, cores));
   arena.execute([&] { tbb::parallel_for(std::int64_t{0}, chunks, run_chunk); });
 }
 

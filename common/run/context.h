@@ -14,7 +14,7 @@
 namespace voxcarve {
 
 /// One report of progress. Within a stage `done` never decreases and never exceeds `total`; a stage that ends without
-/// an error reports done == total once.
+/// an error reports done == total.
 struct ProgressEvent {
   std::string_view stage;
   std::int64_t done = 0;

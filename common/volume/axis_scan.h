@@ -122,8 +122,10 @@ void scan_convert(const LatticeSoup& soup, const GridFrame& frame, int axis, Sta
   const int u_axis = (axis + 1) % 3;
   const int v_axis = (axis + 2) % 3;
   const std::int64_t one = soup.one();
-  constexpr std::int64_t kReportEvery = 4096;
+  constexpr std::int64_t kReportEvery = 4096;    // triangles
+  constexpr std::int64_t kCheckEvery = 1 << 17;  // samples, for cancellation within large triangles
   std::int64_t visited = 0;
+  std::int64_t unchecked = 0;
   for (const Triangle& triangle : soup.triangles()) {
     if (++visited % kReportEvery == 0) stage.advance(kReportEvery);
     const auto& points = soup.points();
@@ -140,6 +142,11 @@ void scan_convert(const LatticeSoup& soup, const GridFrame& frame, int axis, Sta
     for (std::size_t side = 0; side < 3; ++side)
       bias[side] = tie_is_inside(p[side], p[(side + 1) % 3], axis == 1) ? 0 : 1;
     for (std::int64_t v = v_first; v <= v_last; ++v) {
+      unchecked += u_last - u_first + 1;
+      if (unchecked > kCheckEvery) {
+        stage.advance(0);
+        unchecked = 0;
+      }
       Point2 sample{u_first * one, v * one};
       for (std::int64_t u = u_first; u <= u_last; ++u, sample.u += one) {
         const std::int64_t e0 = edge_function(p[0], p[1], sample);  // weight of corner 2

@@ -27,13 +27,13 @@ class CubeMarcher {
         ny_(frame.dims[1] + 2),
         nz_(frame.dims[2] + 2) {
     const auto slice = static_cast<std::size_t>(nx_ * ny_);
-    context_.require_memory(slice * (2 + 5 * sizeof(std::uint32_t)), "marching cubes");
     for (auto& inside : inside_) inside.assign(slice, 0);
     for (auto& edges : edge_vertex_) edges.assign(slice, kUnset);
   }
 
   TriangleSoup run() {
-    Stage stage(context_, "isosurface", frame_.dims[2]);
+    Stage stage(context_, "isosurface", 2 * frame_.dims[2]);
+    reserve(stage);
     for (std::int64_t k = 0; k + 1 < nz_; ++k) {
       std::swap(inside_[0], inside_[1]);
       classify(k + 1);
@@ -62,8 +62,34 @@ class CubeMarcher {
     }
   }
 
-  void march_slice(std::int64_t k) {
-    const auto& cases = cube_cases();
+  /// Counts the surface before anything of it is made, and leaves the samples as they were: all exterior.
+  void reserve(Stage& stage) {
+    std::size_t triangles = 0;
+    std::size_t vertices = 0;
+    for (std::int64_t k = 0; k + 1 < nz_; ++k) {
+      std::swap(inside_[0], inside_[1]);
+      classify(k + 1);
+      for_each_cut_cell([&](std::int64_t, std::int64_t, unsigned mask) {
+        triangles += cube_cases()[mask].triangle_count;
+        // A crossed grid edge belongs to the one cell whose lowest corner it starts at.
+        for (const unsigned other : {1U, 2U, 4U}) vertices += (mask & 1U) != (mask >> other & 1U);
+      });
+      if (k < frame_.dims[2]) stage.advance(1);
+    }
+    std::ranges::fill(inside_[0], std::uint8_t{0});
+    std::ranges::fill(inside_[1], std::uint8_t{0});
+    context_.require_memory(
+        triangles * sizeof(Triangle) + vertices * sizeof(Point) + inside_[0].size() * (2 + 5 * sizeof(std::uint32_t)),
+        "marching cubes");
+    if (vertices >= kUnset)
+      throw ResourceError("the isosurface has more vertices than 32-bit indices reach; lower the resolution");
+    surface_.triangles.reserve(triangles);
+    surface_.positions.reserve(vertices);
+  }
+
+  /// Calls visit(i, j, mask) for the cells of the current slice that the surface passes through.
+  template <class Visit>
+  void for_each_cut_cell(const Visit& visit) const {
     for (std::int64_t j = 0; j + 1 < ny_; ++j) {
       const std::uint8_t* rows[4] = {inside_[0].data() + j * nx_, inside_[0].data() + (j + 1) * nx_,
                                      inside_[1].data() + j * nx_, inside_[1].data() + (j + 1) * nx_};
@@ -75,15 +101,19 @@ class CubeMarcher {
         const unsigned right = column(i + 1);
         const unsigned mask = left | right << 1;
         left = right;
-        if (mask == 0 || mask == 255) continue;
-        const CubeCase& cube = cases[mask];
-        for (std::size_t t = 0; t < cube.triangle_count; ++t) {
-          const auto& edges = cube.triangles[t];
-          surface_.triangles.push_back(
-              {vertex(i, j, k, edges[0]), vertex(i, j, k, edges[1]), vertex(i, j, k, edges[2])});
-        }
+        if (mask != 0 && mask != 255) visit(i, j, mask);
       }
     }
+  }
+
+  void march_slice(std::int64_t k) {
+    for_each_cut_cell([&](std::int64_t i, std::int64_t j, unsigned mask) {
+      const CubeCase& cube = cube_cases()[mask];
+      for (std::size_t t = 0; t < cube.triangle_count; ++t) {
+        const auto& edges = cube.triangles[t];
+        surface_.triangles.push_back({vertex(i, j, k, edges[0]), vertex(i, j, k, edges[1]), vertex(i, j, k, edges[2])});
+      }
+    });
   }
 
   /// The vertex on edge `edge` of cell (i, j, k), made at its first use.

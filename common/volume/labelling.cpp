@@ -5,6 +5,8 @@
 
 namespace voxcarve {
 
+namespace {
+
 std::vector<Index3> neighbour_offsets(Connectivity connectivity, bool image) {
   std::vector<Index3> offsets;
   const std::int64_t depth = image ? 0 : 1;
@@ -18,6 +20,8 @@ std::vector<Index3> neighbour_offsets(Connectivity connectivity, bool image) {
   }
   return offsets;
 }
+
+}  // namespace
 
 Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity,
                            RunContext& context) {

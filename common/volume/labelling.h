@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "common/run/context.h"
 #include "common/volume/grid.h"
@@ -12,9 +11,6 @@ namespace voxcarve {
 /// Neighbours of a voxel by the largest number of coordinates in which they differ: 6, 18 or 26 of them (in an image,
 /// 4, 8 and 8).
 enum class Connectivity { kFace = 1, kEdge = 2, kVertex = 3 };
-
-/// What to add to a voxel's indices to get its neighbours; within the slice for an image.
-std::vector<Index3> neighbour_offsets(Connectivity connectivity, bool image);
 
 /// Components of the voxels with value `value`.
 struct Labelling {

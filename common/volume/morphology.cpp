@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "common/run/errors.h"
 #include "common/volume/distance_transform.h"
@@ -21,14 +22,20 @@ std::int64_t squared_reach(double distance) {
   return static_cast<std::int64_t>(std::floor(distance * distance * (1 + kHair)));
 }
 
-/// 1 where the squared distance to the nearest `feature` is at most `reach`.
-BinaryVolume within(const BinaryVolume& volume, std::uint8_t feature, std::int64_t reach, RunContext& context) {
+/// What a step on `voxels` padded voxels holds at its peak: the distance map, the padded volume, and the volumes that
+/// the caller and its caller still hold.
+void require_step(std::int64_t voxels, std::string_view what, RunContext& context) {
+  constexpr std::uint64_t kBytesPerVoxel = sizeof(std::int32_t) + 4;
+  context.require_memory(static_cast<std::uint64_t>(voxels) * kBytesPerVoxel, what);
+}
+
+/// Makes a volume 1 where the squared distance to the nearest `feature` is at most `reach`, else 0.
+BinaryVolume within(BinaryVolume volume, std::uint8_t feature, std::int64_t reach, RunContext& context) {
   const Grid<std::int32_t> distance = squared_distance(volume, feature, context);
-  BinaryVolume result(volume.frame);
-  std::ranges::transform(distance.values, result.values.begin(), [reach](std::int32_t squared) {
+  std::ranges::transform(distance.values, volume.values.begin(), [reach](std::int32_t squared) {
     return static_cast<std::uint8_t>(squared != kInfiniteDistance && squared <= reach);
   });
-  return result;
+  return volume;
 }
 
 }  // namespace
@@ -36,14 +43,16 @@ BinaryVolume within(const BinaryVolume& volume, std::uint8_t feature, std::int64
 BinaryVolume dilate(const BinaryVolume& volume, double distance, RunContext& context) {
   const std::int64_t reach = squared_reach(distance);
   const GridFrame frame = padded(volume.frame, static_cast<std::int64_t>(std::ceil(distance)));
-  context.require_memory(static_cast<std::uint64_t>(frame.voxels()) * (2 + sizeof(std::int32_t)), "the dilation");
+  require_step(frame.voxels(), "the dilation", context);
   return within(resized(volume, frame), 1, reach, context);
 }
 
 BinaryVolume erode(const BinaryVolume& volume, double distance, RunContext& context) {
   const std::int64_t reach = squared_reach(distance);
   // One layer of exterior is enough: the nearest exterior voxel beyond the grid is always next to it.
-  BinaryVolume near_exterior = within(resized(volume, padded(volume.frame, 1)), 0, reach, context);
+  const GridFrame frame = padded(volume.frame, 1);
+  require_step(frame.voxels(), "the erosion", context);
+  BinaryVolume near_exterior = within(resized(volume, frame), 0, reach, context);
   for (std::uint8_t& value : near_exterior.values) value = static_cast<std::uint8_t>(1 - value);
   return resized(near_exterior, volume.frame);
 }

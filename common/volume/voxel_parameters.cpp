@@ -18,9 +18,9 @@ std::vector<ParameterSpec> voxelization_parameters() {
           "directions", {"1", "3", "13"}, "3",
           "ray directions: one axis, the three axes, or the axes and the ten face normals of the icosahedron"),
       ParameterSpec::choice("axis", {"x", "y", "z"}, "y", "the axis of the rays when directions=1"),
-      ParameterSpec::toggle("flip_islands", true,
-                            "parity: flip islands and voids in which no voxel has the votes of half of the directions; "
-                            "off is the paper's rule alone"),
+      ParameterSpec::integer("settle_sweeps", "sweeps", 0, 1000, 4,
+                             "parity: how often voxels with split votes, fewer than half of the directions for either "
+                             "class, take the class of most neighbours; 0 is the paper's rule alone"),
   };
 }
 
@@ -28,7 +28,7 @@ VoxelizeOptions voxelize_options(const Parameters& parameters) {
   VoxelizeOptions options;
   options.classifier = classifier_from(parameters.choice("classifier"));
   options.directions = std::stoi(parameters.choice("directions"));
-  options.flip_islands = parameters.toggle("flip_islands");
+  options.settle_sweeps = static_cast<int>(parameters.integer("settle_sweeps"));
   options.axis = parameters.choice("axis")[0] - 'x';
   return options;
 }
@@ -44,10 +44,9 @@ BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& paramete
                    std::to_string(axis.columns) +
                    " voxel columns that meet the surface cross it an odd number of times and do not vote");
   }
-  if (report.flipped_islands > 0) {
-    context.notice(std::to_string(report.flipped_islands) + " islands and voids, " +
-                   std::to_string(report.flipped_voxels) +
-                   " voxels, were flipped: fewer than half of the directions had voted for any of their voxels");
+  if (report.settled_voxels > 0) {
+    context.notice(std::to_string(report.settled_voxels) +
+                   " voxels with few and split votes took the class of most of their neighbours");
   }
   return volume;
 }

@@ -10,7 +10,6 @@
 #include "common/mesh/line_stabber.h"
 #include "common/run/errors.h"
 #include "common/volume/axis_scan.h"
-#include "common/volume/labelling.h"
 
 namespace voxcarve {
 
@@ -23,18 +22,35 @@ struct Votes {
   Grid<std::uint8_t> exterior;
 };
 
-/// Walks the voxels of column (u, v) along `axis`: calls body(grid index, position in the column).
-template <class Body>
-void for_column(const GridFrame& frame, int axis, std::int64_t u, std::int64_t v, const Body& body) {
-  Index3 voxel = Index3::Zero();
-  voxel[(axis + 1) % 3] = u;
-  voxel[(axis + 2) % 3] = v;
-  const std::array<std::int64_t, 3> stride = {1, frame.dims[0], frame.dims[0] * frame.dims[1]};
-  std::int64_t index = (voxel[2] * frame.dims[1] + voxel[1]) * frame.dims[0] + voxel[0];
-  for (std::int64_t position = 0; position < frame.dims[axis]; ++position) {
-    body(static_cast<std::size_t>(index), position);
-    index += stride[static_cast<std::size_t>(axis)];
-  }
+/// Walks all columns along `axis` at once, a run of voxels along x at a time, so that memory is read in order:
+/// start(columns) for the columns of a slab, a list of their indices v * rows + u; then step(grid index of the run,
+/// position in the columns) for every run, front to back. Slabs go to threads; the state of one is a `State`.
+template <class State, class Start, class Step>
+void sweep_columns(const GridFrame& frame, int axis, RunContext& context, const Start& start, const Step& step) {
+  const std::int64_t nx = frame.dims[0];
+  const std::int64_t rows = frame.dims[(axis + 1) % 3];
+  // Along x a run is a whole column; else slabs are cut across the remaining axis.
+  const int slab_axis = axis == 2 ? 1 : 2;
+  parallel_for(context, 0, frame.dims[slab_axis], 1, [&](std::int64_t begin, std::int64_t end) {
+    State state;
+    std::vector<std::size_t> columns;
+    for (std::int64_t slab = begin; slab < end; ++slab) {
+      const std::int64_t positions = axis == 0 ? frame.dims[1] : frame.dims[axis];
+      for (std::int64_t position = 0; position < positions; ++position) {
+        const std::int64_t j = axis == 2 ? slab : position;
+        const std::int64_t k = axis == 2 ? position : slab;
+        if (axis == 0 || position == 0) {
+          columns.clear();
+          for (std::int64_t i = 0; i < (axis == 0 ? 1 : nx); ++i) {
+            const Index3 voxel(i, j, k);
+            columns.push_back(static_cast<std::size_t>(voxel[(axis + 2) % 3] * rows + voxel[(axis + 1) % 3]));
+          }
+          start(columns, state);
+        }
+        step(static_cast<std::size_t>((k * frame.dims[1] + j) * nx), axis == 0 ? 0 : position, state);
+      }
+    }
+  });
 }
 
 std::size_t columns_across(const GridFrame& frame, int axis) {
@@ -57,19 +73,31 @@ VoxelizeReport::Axis vote_parity(const LatticeSoup& lattice, const GridFrame& fr
                                first * stride[static_cast<std::size_t>(axis)];
     toggles.values[static_cast<std::size_t>(index)] ^= 1;
   });
-  parallel_for(context, 0, frame.dims[(axis + 2) % 3], 1, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t v = begin; v < end; ++v) {
-      for (std::int64_t u = 0; u < row; ++u) {
-        if (crossings[static_cast<std::size_t>(v * row + u)] % 2 != 0) continue;  // invalid: does not vote
-        std::uint8_t parity = 0;
-        for_column(frame, axis, u, v, [&](std::size_t index, std::int64_t) {
-          parity ^= toggles.values[index];
-          votes.interior.values[index] = static_cast<std::uint8_t>(votes.interior.values[index] + parity);
-          votes.exterior.values[index] = static_cast<std::uint8_t>(votes.exterior.values[index] + 1 - parity);
+  struct Columns {
+    std::vector<std::uint8_t> votes;   ///< 1 unless the column is invalid
+    std::vector<std::uint8_t> parity;  ///< of the toggles so far
+  };
+  const auto nx = static_cast<std::size_t>(frame.dims[0]);
+  sweep_columns<Columns>(
+      frame, axis, context,
+      [&](const std::vector<std::size_t>& columns, Columns& state) {
+        state.parity.assign(columns.size(), 0);
+        state.votes.resize(columns.size());
+        std::ranges::transform(columns, state.votes.begin(), [&](std::size_t column) {
+          return static_cast<std::uint8_t>(crossings[column] % 2 == 0);
         });
-      }
-    }
-  });
+      },
+      [&](std::size_t run, std::int64_t, Columns& state) {
+        for (std::size_t i = 0; i < nx; ++i) {
+          const std::size_t column = axis == 0 ? 0 : i;
+          state.parity[column] ^= toggles.values[run + i];
+          const std::uint8_t votes_here = state.votes[column];
+          const std::uint8_t inside = state.parity[column] & votes_here;
+          votes.interior.values[run + i] = static_cast<std::uint8_t>(votes.interior.values[run + i] + inside);
+          votes.exterior.values[run + i] =
+              static_cast<std::uint8_t>(votes.exterior.values[run + i] + votes_here - inside);
+        }
+      });
   VoxelizeReport::Axis report{axis, 0, 0};
   for (const std::uint32_t count : crossings) {
     report.columns += count > 0;
@@ -92,16 +120,20 @@ VoxelizeReport::Axis vote_stabbing(const LatticeSoup& lattice, const GridFrame& 
     span.first = std::min(span.first, static_cast<std::int32_t>(first));
     span.last = std::max(span.last, static_cast<std::int32_t>(first));
   });
-  parallel_for(context, 0, frame.dims[(axis + 2) % 3], 1, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t v = begin; v < end; ++v) {
-      for (std::int64_t u = 0; u < row; ++u) {
-        const Span span = spans[static_cast<std::size_t>(v * row + u)];
-        for_column(frame, axis, u, v, [&](std::size_t index, std::int64_t position) {
-          if (position < span.first || position >= span.last) votes.exterior.values[index] = 1;
-        });
-      }
-    }
-  });
+  const auto nx = static_cast<std::size_t>(frame.dims[0]);
+  sweep_columns<std::vector<Span>>(
+      frame, axis, context,
+      [&](const std::vector<std::size_t>& columns, std::vector<Span>& state) {
+        state.resize(columns.size());
+        std::ranges::transform(columns, state.begin(), [&](std::size_t column) { return spans[column]; });
+      },
+      [&](std::size_t run, std::int64_t position, std::vector<Span>& state) {
+        for (std::size_t i = 0; i < nx; ++i) {
+          const Span span = state[axis == 0 ? 0 : i];
+          const std::int64_t at = axis == 0 ? static_cast<std::int64_t>(i) : position;
+          if (at < span.first || at >= span.last) votes.exterior.values[run + i] = 1;
+        }
+      });
   return {axis, std::ranges::count_if(spans, [](const Span& span) { return span.last >= 0; }), 0};
 }
 
@@ -133,6 +165,7 @@ void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Vo
     std::vector<Crossing> crossings;
     for (std::int64_t k = begin; k < end; ++k) {
       for (std::int64_t j = 0; j < frame.dims[1]; ++j) {
+        context.check_cancelled();
         for (std::int64_t i = 0; i < frame.dims[0]; ++i) {
           const std::size_t index = votes.interior.index(i, j, k);
           std::uint8_t& interior = votes.interior.values[index];
@@ -159,50 +192,51 @@ void vote_oblique(const LineStabber& stabber, const VoxelizeOptions& options, Vo
   });
 }
 
-/// Components of {volume == value} that hold no voxel which at least half of the directions voted for, and that do not
-/// reach the border of the grid where they are exterior. Exterior is 18-connected and interior 6-connected, as in the
-/// isosurface.
-void flip_islands(const Votes& votes, std::uint8_t value, int directions, BinaryVolume& volume, RunContext& context,
-                  VoxelizeReport* report) {
+/// Of the 26 neighbours of a voxel, those that are interior; beyond the grid is exterior.
+int interior_neighbours(const BinaryVolume& volume, const Index3& voxel) {
+  int count = 0;
+  for (std::int64_t dz = -1; dz <= 1; ++dz) {
+    for (std::int64_t dy = -1; dy <= 1; ++dy) {
+      for (std::int64_t dx = -1; dx <= 1; ++dx) count += volume.get(voxel[0] + dx, voxel[1] + dy, voxel[2] + dz, 0);
+    }
+  }
+  return count - volume(voxel[0], voxel[1], voxel[2]);
+}
+
+/// Lets disputed voxels take the class of most of their neighbours, all at once, `sweeps` times. Returns how many ended
+/// in another class than the votes gave them.
+std::int64_t settle_disputes(const Votes& votes, const VoxelizeOptions& options, BinaryVolume& volume,
+                             RunContext& context) {
   const GridFrame& frame = volume.frame;
-  const Grid<std::uint8_t>& own = value != 0 ? votes.interior : votes.exterior;
-  const Connectivity connectivity = value != 0 ? Connectivity::kFace : Connectivity::kEdge;
-  const std::vector<Index3> offsets = neighbour_offsets(connectivity, frame.is_image());
-  const auto is_vouched = [&](const Index3& v) { return 2 * own(v[0], v[1], v[2]) >= directions; };
-  Grid<std::uint8_t> seen(frame);
-  std::vector<Index3> island;
+  std::vector<Index3> disputed;
   for (std::int64_t k = 0; k < frame.dims[2]; ++k) {
     context.check_cancelled();
     for (std::int64_t j = 0; j < frame.dims[1]; ++j) {
       for (std::int64_t i = 0; i < frame.dims[0]; ++i) {
-        if (volume(i, j, k) != value || seen(i, j, k) != 0 || is_vouched({i, j, k})) continue;
-        // The whole of the part that is not vouched for, even once it proves grounded, so that it is seen only once.
-        bool grounded = false;
-        island.assign(1, Index3(i, j, k));
-        seen(i, j, k) = 1;
-        for (std::size_t next = 0; next < island.size(); ++next) {
-          for (const Index3& offset : offsets) {
-            const Index3 neighbour = island[next] + offset;
-            if (!frame.contains(neighbour)) {
-              grounded = grounded || value == 0;
-            } else if (volume(neighbour[0], neighbour[1], neighbour[2]) == value) {
-              if (is_vouched(neighbour)) {
-                grounded = true;
-              } else if (seen(neighbour[0], neighbour[1], neighbour[2]) == 0) {
-                seen(neighbour[0], neighbour[1], neighbour[2]) = 1;
-                island.push_back(neighbour);
-              }
-            }
-          }
-        }
-        if (grounded) continue;
-        for (const Index3& v : island) volume(v[0], v[1], v[2]) = static_cast<std::uint8_t>(1 - value);
-        if (report == nullptr) continue;
-        ++report->flipped_islands;
-        report->flipped_voxels += static_cast<std::int64_t>(island.size());
+        const int in = votes.interior(i, j, k);
+        const int out = votes.exterior(i, j, k);
+        const bool split = (in > 0 && out > 0) || in + out == 0;
+        if (split && 2 * std::max(in, out) < options.directions) disputed.emplace_back(i, j, k);
       }
     }
   }
+  const auto value_of = [&](const Index3& v) -> std::uint8_t& { return volume(v[0], v[1], v[2]); };
+  std::vector<std::uint8_t> voted(disputed.size());
+  std::ranges::transform(disputed, voted.begin(), value_of);
+  std::vector<std::uint8_t> next(disputed.size());
+  for (std::int64_t sweep = 0; sweep < options.settle_sweeps; ++sweep) {
+    parallel_for(context, 0, static_cast<std::int64_t>(disputed.size()), 1 << 14,
+                 [&](std::int64_t begin, std::int64_t end) {
+                   for (auto at = static_cast<std::size_t>(begin); at < static_cast<std::size_t>(end); ++at) {
+                     const int interior = interior_neighbours(volume, disputed[at]);
+                     next[at] = interior == 13 ? value_of(disputed[at]) : static_cast<std::uint8_t>(interior > 13);
+                   }
+                 });
+    for (std::size_t at = 0; at < disputed.size(); ++at) value_of(disputed[at]) = next[at];
+  }
+  std::int64_t changed = 0;
+  for (std::size_t at = 0; at < disputed.size(); ++at) changed += value_of(disputed[at]) != voted[at];
+  return changed;
 }
 
 }  // namespace
@@ -246,12 +280,12 @@ GridFrame voxel_frame(const Box& box, std::int64_t resolution) {
         "a voxel would be smaller than the last digits of the coordinates; move the model nearer to the origin or "
         "lower the resolution");
   }
-  constexpr double kRounding = 1e-9;  // a side of 100.0000000001 voxels is 100 voxels
+  // The layers of centres that the box holds, centred in it: none lies beyond it, and none is missing.
   for (int axis = 0; axis < 3; ++axis) {
-    frame.dims[axis] =
-        std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(extent[axis] / frame.voxel_size - kRounding)), 1);
+    frame.dims[axis] = std::max<std::int64_t>(std::llround(extent[axis] / frame.voxel_size), 1);
   }
   frame.origin = box.center() - 0.5 * frame.voxel_size * frame.dims.cast<double>();
+  if (frame.is_image()) frame.dims[2] = 2;  // a single slice would count as a 2D image; the second one stays empty
   return frame;
 }
 
@@ -290,10 +324,10 @@ BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const Vo
       votes.interior.values, votes.exterior.values, volume.values.begin(), [&](std::uint8_t in, std::uint8_t out) {
         return static_cast<std::uint8_t>(options.classifier == Classifier::kStabbing ? out == 0 : in > out);
       });
-  if (options.classifier == Classifier::kParity && options.flip_islands) {
-    // Voids first: one inside an island must not outlive it.
-    for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{1}})
-      flip_islands(votes, value, options.directions, volume, context, report);
+  // A single direction has no majority: what its invalid columns lose is lost [NT03, Fig. 4].
+  if (options.classifier == Classifier::kParity && options.directions > 1) {
+    const std::int64_t settled = settle_disputes(votes, options, volume, context);
+    if (report != nullptr) report->settled_voxels = settled;
   }
   return volume;
 }

@@ -27,11 +27,11 @@ struct VoxelizeOptions {
   Classifier classifier = Classifier::kParity;
   int directions = 3;  ///< 1 (`axis`), 3 (the axes) or 13 (with the face normals of the regular icosahedron)
   int axis = 1;        ///< of the rays when directions == 1: 0 x, 1 y, 2 z
-  /// Parity count: flip islands and voids that are nowhere vouched for. Near a hole only few rays are valid, and where
-  /// these few disagree the majority leaves specks. A voxel is vouched for when at least half of all directions voted
-  /// for its class; of a watertight model every voxel is. A component of the interior, or of the exterior without way
-  /// out, in which no voxel is vouched for, takes the other class. Off gives the paper's rule alone.
-  bool flip_islands = true;
+  /// Parity count in several directions: how often disputed voxels take the class of most of their 26 neighbours. Near
+  /// a hole only few rays are valid, and where these few disagree the bare majority leaves specks and small handles. A
+  /// voxel is disputed when its valid votes are split, or it has none, and neither class has half of all directions; of
+  /// a watertight model no voxel is. 0 gives the paper's rule alone.
+  int settle_sweeps = 4;
 };
 
 /// What the classification met on its way.
@@ -44,16 +44,17 @@ struct VoxelizeReport {
     std::int64_t invalid_columns = 0;
   };
   std::vector<Axis> axes;
-  std::int64_t flipped_islands = 0;  ///< components flipped for want of votes, islands and voids
-  std::int64_t flipped_voxels = 0;   ///< voxels in them
+  std::int64_t settled_voxels = 0;  ///< disputed voxels that their neighbours gave another class than the votes
 };
 
 /// Unit vectors of `count` in {1, 3, 13} directions: the axes (or `axis` alone), then the ten distinct face normals of
 /// the regular icosahedron. Throws ParameterError for another count.
 std::vector<Point> voxelization_directions(int count, int axis = 1);
 
-/// The frame of `resolution` cubic voxels along the longest side of `box`; the other sides get as many as they need,
-/// and the box lies in the middle. Throws InputError when the voxels would be smaller than the coordinates' digits.
+/// The frame of `resolution` cubic voxels along the longest side of `box`. A side of t voxels gets round(t) of them, at
+/// least one (along z two, of which the second may be beyond the box), centred in the box: a symmetric model gives a
+/// symmetric volume, and a slab is as often made thicker as thinner. Throws InputError when the voxels would be smaller
+/// than the coordinates' digits.
 GridFrame voxel_frame(const Box& box, std::int64_t resolution);
 
 /// Classifies every voxel centre of `frame`. Rays pass exactly through voxel centres in every direction, where the

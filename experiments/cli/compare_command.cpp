@@ -11,6 +11,7 @@
 #include "common/run/atomic_file.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
+#include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
@@ -39,25 +40,33 @@ struct CompareOptions {
 std::vector<PlannedRun> make_plan(const CompareOptions& options) {
   std::vector<const Method*> methods;
   if (options.methods.empty()) methods = all_methods();
-  for (const std::string& name : split(options.methods, ',')) methods.push_back(&find_method(name));
+  for (const std::string& name : split(options.methods, ',')) {
+    const Method* method = &find_method(name);
+    if (std::ranges::find(methods, method) != methods.end()) throw ParameterError("--methods names " + name + " twice");
+    methods.push_back(method);
+  }
 
+  // Settings of one method come after those for all, and so win.
   std::map<std::string, std::vector<std::string>> settings;
-  for (const std::string& setting : options.settings) {
-    const std::string name = setting.substr(0, setting.find('='));
-    const std::size_t dot = name.find('.');
-    bool used = false;
-    for (const Method* method : methods) {
-      const MethodInfo& info = method->info();
-      const bool here =
-          dot == std::string::npos ? info.parameters.find(name) != nullptr : name.substr(0, dot) == info.name;
-      if (!here) continue;
-      settings[info.name].push_back(dot == std::string::npos ? setting : setting.substr(dot + 1));
-      used = true;
+  for (const bool specific : {false, true}) {
+    for (const std::string& setting : options.settings) {
+      const std::string name = setting.substr(0, setting.find('='));
+      const std::size_t dot = name.find('.');
+      if ((dot != std::string::npos) != specific) continue;
+      bool used = false;
+      for (const Method* method : methods) {
+        const MethodInfo& info = method->info();
+        const bool here = specific ? name.substr(0, dot) == info.name : info.parameters.find(name) != nullptr;
+        if (!here) continue;
+        settings[info.name].push_back(specific ? setting.substr(dot + 1) : setting);
+        used = true;
+      }
+      if (!used) {
+        throw ParameterError(
+            "--set " + setting +
+            " fits none of the methods compared; write METHOD.name=value, or a name that one of them has");
+      }
     }
-    if (!used)
-      throw ParameterError(
-          "--set " + setting +
-          " fits none of the methods compared; write METHOD.name=value, or a name that one of them has");
   }
   std::vector<PlannedRun> plan;
   for (const Method* method : methods)
@@ -117,19 +126,26 @@ void print_reasons(const std::vector<ComparisonRow>& rows) {
   for (const std::string& line : shown) fmt::print("  {}\n", line);
 }
 
-void compare(CompareOptions options) {
+/// Makes the folder and removes what an earlier comparison left there, so that all files in it are of one run.
+void prepare_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw ResourceError("cannot make the folder " + folder.string() + ": " + error.message());
+  std::vector<std::string> names = {"comparison.csv", "comparison.json", "comparison.png"};
+  for (const Method* method : all_methods()) names.push_back(method->info().name + ".ply");
+  for (const std::string& name : names) std::filesystem::remove(folder / name, error);
+}
+
+void compare(const CompareOptions& options) {
   const std::vector<PlannedRun> plan = make_plan(options);
   Session session(options.common);
   const Model model = session.open(options.input);
   const std::filesystem::path folder = options.output.empty() ? "compare-" + model.name : options.output;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ResourceError("cannot make the folder " + folder.string() + ": " + error.message());
-
   const TriangleSoup reference = reference_surface(model, session.context());
   const auto rows = compare_methods(model, reference, plan, options.triangles, options.metrics, session.context(),
                                     [&](const std::string& method) { session.announce(method); });
   session.announce("");
+  prepare_folder(folder);
   for (const ComparisonRow& row : rows) {
     if (row.status == RunStatus::kDone) write_mesh(row.surface, folder / (row.method + ".ply"));
   }
@@ -143,7 +159,7 @@ void compare(CompareOptions options) {
   if (!no_picture.empty()) json["no_picture"] = no_picture;
   json["rows"] = Json::array();
   for (const ComparisonRow& row : rows) json["rows"].push_back(to_json(row));
-  write_file_atomically(folder / "comparison.json", json.dump(2) + "\n");
+  write_file_atomically(folder / "comparison.json", json_text(json) + "\n");
   if (options.common.json) {
     print_json(json);
     return;
@@ -170,15 +186,15 @@ void add_compare_command(CLI::App& app) {
                    "parameters as METHOD.name=value, or name=value for every method that has it")
       ->allow_extra_args();
   command->add_option("--triangles", options->triangles, "triangle budget of every result (default 2000)")
-      ->check(CLI::PositiveNumber);
+      ->check(in_range(1, kLargestCount));
   command->add_option("-o,--output", options->output, "folder for the results (default: compare-NAME)");
   command
       ->add_option("--error", options->metrics.hausdorff_error,
                    "width of the certified Hausdorff interval, as a share of the input's diagonal (default 1e-3)")
-      ->check(CLI::Range(1e-9, 1.0));
+      ->check(in_range(1e-9, 1.0));
   command->add_option("--azimuth", options->render.azimuth, "camera: degrees from the front");
   command->add_option("--elevation", options->render.elevation, "camera: degrees above the ground")
-      ->check(CLI::Range(-90, 90));
+      ->check(in_range(-90, 90));
   command->add_option("--up", options->render.up_axis, "axis that points up in the picture")
       ->check(CLI::IsMember({"y", "z"}));
   command->add_flag("--wireframe", options->render.wireframe, "draw the triangles' edges");

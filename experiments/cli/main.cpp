@@ -2,8 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
 
 #include "common/run/errors.h"
 #include "experiments/cli/commands.h"
@@ -11,7 +14,10 @@
 
 namespace {
 
-int fail(voxcarve::ExitCode code, std::string_view message) {
+/// One line, whatever a file name or an argument holds.
+int fail(voxcarve::ExitCode code, std::string message) {
+  std::ranges::replace_if(
+      message, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
   fmt::print(stderr, "voxcarve: {}\n", message);
   return static_cast<int>(code);
 }
@@ -33,6 +39,9 @@ int run(int argc, char** argv) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
     return fail(voxcarve::ExitCode::kUsage, std::string(error.what()) + " (voxcarve --help)");
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    return fail(voxcarve::ExitCode::kResource, "cannot write to standard output");
   }
   return 0;
 }

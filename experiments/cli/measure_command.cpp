@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/run/errors.h"
+#include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
@@ -96,13 +97,13 @@ void add_measure_command(CLI::App& app) {
   command
       ->add_option("--error", options->metrics.hausdorff_error,
                    "width of the certified Hausdorff interval, as a share of A's diagonal (default 1e-3)")
-      ->check(CLI::Range(1e-9, 1.0));
+      ->check(in_range(1e-9, 1.0));
   command->add_option("--rays", options->metrics.rays, "rays of the symmetric difference (default 16384)")
-      ->check(CLI::Range(64, 1 << 30));
+      ->check(in_range(64, 1 << 30));
   command
       ->add_option("--samples", options->metrics.distance_samples,
                    "samples a side for mean and RMS distance (default 20000)")
-      ->check(CLI::Range(1, 1 << 30));
+      ->check(in_range(1, 1 << 30));
   add_common_options(*command, options->common);
   command->callback([options] { measure(*options); });
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/run/errors.h"
+#include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/session.h"
 #include "experiments/render/render.h"
@@ -58,15 +59,15 @@ void add_render_command(CLI::App& app) {
   command->add_flag("--wireframe", options->render.wireframe, "draw the triangles' edges");
   command->add_flag("--separate", options->separate, "frame every shape by itself (default: one camera for all)");
   command->add_option("--columns", options->render.columns, "panels in a row (default: chosen by their number)")
-      ->check(CLI::Range(1, 100));
+      ->check(in_range(1, 100));
   command->add_option("--size", options->render.panel_width, "width and height of a panel in pixels (default 800)");
   command
       ->add_option("--crease", options->render.crease_angle,
                    "dihedral angle in degrees above which an edge is sharp (default 40)")
-      ->check(CLI::Range(0, 180));
+      ->check(in_range(0, 180));
   command->add_option("--azimuth", options->render.azimuth, "camera: degrees from the front (default 30)");
   command->add_option("--elevation", options->render.elevation, "camera: degrees above the ground (default 20)")
-      ->check(CLI::Range(-90, 90));
+      ->check(in_range(-90, 90));
   command->add_option("--up", options->render.up_axis, "axis that points up: y or z (default y)")
       ->check(CLI::IsMember({"y", "z"}));
   add_common_options(*command, options->common);

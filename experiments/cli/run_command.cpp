@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +9,7 @@
 #include "common/run/atomic_file.h"
 #include "common/run/errors.h"
 #include "common/volume/io/volume_io.h"
+#include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
@@ -47,6 +49,28 @@ TriangleSoup choose_level(const MethodResult& result, const RunOptions& options)
     const auto distinct = static_cast<std::int64_t>(merge_equal_positions(level).positions.size());
     if (index == 0 || distinct <= options.vertices) return level;
   }
+}
+
+/// What of the budget was not met, or "".
+std::string missed_budget(const TriangleSoup& surface, const RunOptions& options) {
+  const auto triangles = static_cast<std::int64_t>(surface.triangles.size());
+  if (options.triangles > 0 && triangles > options.triangles) {
+    return "the result has " + std::to_string(triangles) + " triangles, more than the budget of " +
+           std::to_string(options.triangles);
+  }
+  if (options.vertices == 0) return "";
+  const auto vertices = static_cast<std::int64_t>(merge_equal_positions(surface).positions.size());
+  if (vertices <= options.vertices) return "";
+  return "even the coarsest level has " + std::to_string(vertices) + " distinct vertices, more than the " +
+         std::to_string(options.vertices) + " asked for";
+}
+
+/// Refuses a file whose folder does not exist, before a long run finds out.
+void require_folder(const std::string& file) {
+  if (file.empty()) return;
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw ResourceError("cannot write " + file + ": there is no folder " + folder.string());
 }
 
 /// A volume file takes the result's volume, on the input's grid where the input is a volume and the result fits it.
@@ -96,11 +120,18 @@ void run(const RunOptions& options) {
         options.output +
         ": its extension names no format that can be written; use PLY, OBJ, OFF, STL, NRRD, MHD or PNG");
   }
+  if (wants_volume && !method.info().gives_volume) {
+    throw ParameterError(method.info().name + " makes no volume to write to " + options.output +
+                         "; name a PLY, OBJ, OFF or STL file");
+  }
+  require_folder(options.output);
+  require_folder(options.report);
   Session session(options.common);
   const Model model = session.open(options.input);
   session.announce(method.info().name);
-  const MethodResult result = method.run(model, parameters, session.context());
+  MethodResult result = method.run(model, parameters, session.context());
   const TriangleSoup surface = choose_level(result, options);
+  if (const std::string missed = missed_budget(surface, options); !missed.empty()) result.notices.push_back(missed);
   std::vector<InvariantCheck> checks;
   if (options.check_invariants) checks = method.check_invariants(model, parameters, result, session.context());
   if (wants_volume) {
@@ -109,7 +140,7 @@ void run(const RunOptions& options) {
     write_mesh(surface, options.output);
   }
   const Json report = run_report(model, method, parameters, result, surface, checks, options);
-  if (!options.report.empty()) write_file_atomically(options.report, report.dump(2) + "\n");
+  if (!options.report.empty()) write_file_atomically(options.report, json_text(report) + "\n");
   session.print_notices(result.notices);
   session.print_timings(result.timings);
   if (options.common.json) {
@@ -147,14 +178,14 @@ void add_run_command(CLI::App& app) {
   command->add_option("--set", options->settings, "parameters as name=value (voxcarve methods NAME lists them)")
       ->allow_extra_args();
   command->add_option("--triangles", options->triangles, "triangle budget of the result (0: as it comes)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(in_range(0, kLargestCount));
   CLI::Option* level =
       command
           ->add_option("--level", options->level,
                        "level of the result, 0 is the coarsest (default: the finest that meets the budget)")
-          ->check(CLI::NonNegativeNumber);
+          ->check(in_range(0, kLargestCount));
   command->add_option("--vertices", options->vertices, "take the finest level with at most this many distinct vertices")
-      ->check(CLI::PositiveNumber)
+      ->check(in_range(1, kLargestCount))
       ->excludes(level);
   command->add_flag("--check-invariants", options->check_invariants,
                     "verify what the method promises of its result; exit code 5 when it does not hold");

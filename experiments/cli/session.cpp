@@ -15,6 +15,7 @@
 
 #include "common/run/errors.h"
 #include "common/run/text.h"
+#include "experiments/cli/checks.h"
 
 namespace voxcarve {
 
@@ -163,23 +164,31 @@ void Session::announce(const std::string& what) {
 void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "print JSON instead of text");
   command.add_option("-j,--threads", options.threads, "threads (default: as many as the machine has)")
-      ->check(CLI::Range(1, 1024));
-  command.add_option("--seed", options.seed, "seed of everything that samples (default 0)");
+      ->check(in_range(1, 1024));
+  command.add_option("--seed", options.seed, "seed of everything that samples (default 0)")
+      ->check(in_range(0, 9007199254740992));
   command.add_option("--memory", options.memory_gib, "memory budget in GiB (default: 80 % of the machine's)")
-      ->check(CLI::PositiveNumber);
+      ->check(in_range(1e-6, 1e6));
   command.add_option("--data", options.data, "folder of the external models (default: the variable VOXCARVE_DATA)");
-  command.add_option_function<double>(
-      "--iso",
-      [&options](double value) {
-        options.iso_value = value;
-        options.has_iso_value = true;
-      },
-      "iso-value of a scalar volume, threshold of a grey image (default: the middle of its values)");
+  command
+      .add_option_function<double>(
+          "--iso",
+          [&options](double value) {
+            options.iso_value = value;
+            options.has_iso_value = true;
+          },
+          "iso-value of a scalar volume, threshold of a grey image (default: the middle of its values)")
+      ->check(in_range(-3e38, 3e38));
   command.add_flag("-v,--verbose", options.verbose, "print the time of every stage");
 }
 
+std::string json_text(const nlohmann::ordered_json& json) {
+  // A file name need not be UTF-8: what is not becomes the replacement character.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 void print_json(const nlohmann::ordered_json& json) {
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", json_text(json));
 }
 
 }  // namespace voxcarve

@@ -70,7 +70,10 @@ class Session {
 /// before any thread is started.
 void handle_interrupts();
 
-/// Prints JSON, two spaces an indent, to stdout.
+/// The text of JSON, two spaces an indent.
+std::string json_text(const nlohmann::ordered_json& json);
+
+/// Prints it to stdout.
 void print_json(const nlohmann::ordered_json& json);
 
 }  // namespace voxcarve

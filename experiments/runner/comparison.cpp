@@ -10,6 +10,22 @@ namespace voxcarve {
 
 namespace {
 
+/// Calls `work`; an error that it throws becomes the row's failure, only Cancelled leaves.
+template <class Work>
+void attempt(ComparisonRow& row, const std::string& prefix, const Work& work) {
+  try {
+    work();
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& error) {
+    row.status = RunStatus::kFailed;
+    row.reason = prefix + error.what();
+  } catch (const std::bad_alloc&) {
+    row.status = RunStatus::kFailed;
+    row.reason = prefix + "memory ran out";
+  }
+}
+
 /// Runs one entry, without measuring.
 void run_method(const Model& model, const PlannedRun& planned, std::int64_t triangles, RunContext& context,
                 ComparisonRow& row) {
@@ -19,20 +35,14 @@ void run_method(const Model& model, const PlannedRun& planned, std::int64_t tria
     return;
   }
   const auto start = std::chrono::steady_clock::now();
-  try {
+  attempt(row, "", [&] {
     const MethodResult result = planned.method->run(model, planned.parameters, context);
     row.surface = level_for_budget(result, triangles);
     row.timings = result.timings;
     row.notices = result.notices;
-  } catch (const Cancelled&) {
-    throw;
-  } catch (const Error& error) {
-    row.status = RunStatus::kFailed;
-    row.reason = error.what();
-  } catch (const std::bad_alloc&) {
-    row.status = RunStatus::kFailed;
-    row.reason = "memory ran out";
-  }
+  });
+  // What a run remarked before it failed often says why.
+  if (row.status == RunStatus::kFailed) row.notices = context.notices();
   row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -87,8 +97,10 @@ std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSou
     announce(row.method);
     run_method(model, planned, triangles, context, row);
     if (row.status == RunStatus::kDone) {
-      row.measurements = measure_shape(row.surface, options, context);
-      std::ranges::move(measure_pair(reference, row.surface, options, context), std::back_inserter(row.measurements));
+      attempt(row, "could not be measured: ", [&] {
+        row.measurements = measure_shape(row.surface, options, context);
+        std::ranges::move(measure_pair(reference, row.surface, options, context), std::back_inserter(row.measurements));
+      });
     }
     rows.push_back(std::move(row));
   }

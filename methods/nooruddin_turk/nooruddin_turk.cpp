@@ -21,6 +21,7 @@ MethodInfo make_info() {
   info.citation = "NT03";
   info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
   info.closed_manifold = true;
+  info.gives_volume = true;
   info.parameters.specs = voxelization_parameters();
   auto& specs = info.parameters.specs;
   specs.push_back(ParameterSpec::choice(
@@ -62,9 +63,13 @@ class NooruddinTurk final : public Method {
     MethodResult result;
     if (scalar != nullptr && morphology == "none") {
       surface = scalar_isosurface(scalar->grid, scalar->iso_value, context);
+      if (surface.empty())
+        throw MethodFailure("nothing of " + model.name + " lies at or above its iso-value; choose another one");
+      result.volumes.push_back({"result", thresholded(*scalar)});
     } else {
       BinaryVolume volume = interior(model, parameters, context);
       if (count_interior(volume) == 0) {
+        if (model.soup() == nullptr) throw MethodFailure("no voxel of " + model.name + " is interior");
         throw MethodFailure("no voxel centre lies inside " + model.name +
                             " at this resolution; raise it, or use another classifier or number of directions");
       }
@@ -77,7 +82,6 @@ class NooruddinTurk final : public Method {
       surface = isosurface(volume, context);
       result.volumes.push_back({"result", std::move(volume)});
     }
-    if (surface.empty()) throw MethodFailure("nothing of " + model.name + " lies at or above its iso-value");
     const std::int64_t triangles = parameters.integer("triangles");
     if (triangles > 0) surface = reduce_openmesh(surface, triangles, context);
     std::vector<TriangleSoup> levels;

@@ -107,6 +107,33 @@ TEST_F(Program, ComparesWithASkippedAndAFailedRowAndSaysWhy) {
       << outcome.out;
 }
 
+TEST_F(Program, SaysWhenABudgetIsMissed) {
+  const json report = run_json("run identity model:torus --triangles 10");
+  ASSERT_EQ(report["notices"].size(), 1U);
+  EXPECT_NE(report["notices"][0].get<std::string>().find("more than the budget of 10"), std::string::npos);
+}
+
+TEST_F(Program, MeasuresImagesByTheirVoxels) {
+  std::ofstream(folder_ / "ring.pbm") << "P1\n3 3\n1 1 1\n1 0 1\n1 1 1\n";
+  const json a = run_json("measure ring.pbm")["a"];
+  EXPECT_EQ(a["voxels"]["interior"], 8);
+  EXPECT_EQ(a["voxels"]["b1"], 1);
+  expect_refusal("run qslim ring.pbm", 3, "not an image");
+}
+
+TEST_F(Program, TakesNamesThatAreNoUtf8) {
+  const std::string name = "odd-\xff.off";
+  std::ofstream(folder_ / name) << "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+  EXPECT_EQ(run("run identity '" + name + "' --json").code, 0);
+}
+
+TEST_F(Program, SaysWhenItsOutputCannotBeWritten) {
+  const std::string command = "'" VOXCARVE_PROGRAM "' methods >/dev/full 2>'" + (folder_ / "err.txt").string() + "'";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 4);
+  EXPECT_NE(read_text(folder_ / "err.txt").find("standard output"), std::string::npos);
+}
+
 TEST_F(Program, RendersOrSaysWhyNot) {
   if (rendering_available()) {
     EXPECT_EQ(run("render model:torus model:chair -o two.png --size 200").code, 0);
@@ -125,6 +152,11 @@ TEST_F(Program, RefusesUsageErrorsWithCode2) {
   expect_refusal("run qslim model:torus -o out.xyz", 2, "extension");
   expect_refusal("run qslim model:torus --level 5", 2, "there is no level 5");
   expect_refusal("compare model:torus --set nothing=1 -o r", 2, "fits none of the methods");
+  expect_refusal("compare model:torus --methods qslim,qslim -o r", 2, "twice");
+  expect_refusal("run qslim model:torus -o out.nrrd", 2, "makes no volume");
+  expect_refusal("run qslim model:torus --triangles -3", 2, "is not a number from 0");
+  expect_refusal("run qslim model:torus --memory nan", 2, "is not a number from");
+  expect_refusal("measure model:torus --error nan", 2, "is not a number from");
   EXPECT_TRUE(files().empty());
 }
 
@@ -155,11 +187,12 @@ TEST_F(Program, StopsCleanlyOnInterrupt) {
   // The run itself would take minutes.
   const std::string command =
       "cd '" + folder_.string() +
-      "' && timeout -s INT 1 '" VOXCARVE_PROGRAM
-      "' run nooruddin-turk model:sphereflake --set resolution=1000 directions=13 -o out.ply 2>err.txt";
+      "' && timeout --preserve-status -s INT 1 '" VOXCARVE_PROGRAM
+      "' run nooruddin-turk model:sphereflake --set resolution=600 directions=13 -o out.ply 2>err.txt";
   const int status = std::system(command.c_str());
   const std::string message = read_text(folder_ / "err.txt");
-  EXPECT_TRUE(WIFEXITED(status));
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_EQ(message, "voxcarve: cancelled\n");
   EXPECT_FALSE(fs::exists(folder_ / "out.ply"));
 }

@@ -112,7 +112,7 @@ TEST(Isosurface, IsEmptyWithoutInteriorAndRefusesAnIsoValueOfZero) {
   EXPECT_THROW(isosurface(DensityVolume(frame_of({3, 3, 3})), 0.0F, context), ParameterError);
 }
 
-TEST(CubeCases, ComplementsHaveTheSameCrossedEdges) {
+TEST(CubeCases, UseExactlyTheCrossedEdges) {
   for (unsigned mask = 0; mask < 256; ++mask) {
     std::array<bool, 12> used{};
     for (std::size_t t = 0; t < cube_cases()[mask].triangle_count; ++t) {
@@ -123,6 +123,20 @@ TEST(CubeCases, ComplementsHaveTheSameCrossedEdges) {
       EXPECT_EQ(used[edge], crossed) << mask;
     }
   }
+}
+
+TEST(Isosurface, AsksForItsMemoryBeforeItMakesTheSurface) {
+  // 30^3 alternating voxels: each an octahedron of 8 triangles and 6 vertices, 13,500 * (8 * 12 + 6 * 24) bytes.
+  BinaryVolume checkerboard(frame_of({30, 30, 30}));
+  for (std::int64_t k = 0; k < 30; ++k)
+    for (std::int64_t j = 0; j < 30; ++j)
+      for (std::int64_t i = 0; i < 30; ++i) checkerboard(i, j, k) = (i + j + k) % 2 == 0;
+  RunContext context;
+  context.memory_budget = 13500 * 240;
+  EXPECT_THROW(isosurface(checkerboard, context), ResourceError);
+  context.memory_budget += 32 * 32 * 22;  // the slices that it sweeps with
+  EXPECT_EQ(isosurface(checkerboard, context).triangles.size(), 13500U * 8);
+  EXPECT_EQ(context.timings().back().bytes, context.memory_budget);
 }
 
 TEST(Betti, KnownVolumes) {

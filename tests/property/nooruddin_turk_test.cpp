@@ -8,6 +8,7 @@
 #include "common/mesh/line_stabber.h"
 #include "common/mesh/models/procedural.h"
 #include "common/mesh/topology.h"
+#include "common/run/errors.h"
 #include "common/volume/betti.h"
 #include "common/volume/morphology.h"
 #include "common/volume/voxelize.h"
@@ -115,6 +116,24 @@ TEST(Closing, JoinsTheSlatsOfTheChairIntoOneSolidOfGenusZero) {
   EXPECT_LE(reduced.triangles.size(), 170U);
   RunContext context;
   EXPECT_EQ(betti_numbers(std::get<BinaryVolume>(result.volumes.back().volume), context), (BettiNumbers{1, 0, 0}));
+}
+
+TEST(Closing, CanBeCancelledWhileItRuns) {
+  const Method& method = find_method("nooruddin-turk");
+  const std::vector<std::string> settings = {"resolution=128", "morphology=close", "distance=10"};
+  RunContext context;
+  std::stop_source source;
+  context.cancellation = source.get_token();
+  bool closing_began = false;
+  context.progress = [&](const ProgressEvent& event) {
+    if (event.stage != "close") return;
+    closing_began = true;
+    source.request_stop();
+  };
+  EXPECT_THROW(method.run({"chair", make_procedural("chair")},
+                          Parameters::parse(method.info().parameters, settings, ""), context),
+               Cancelled);
+  EXPECT_TRUE(closing_began);
 }
 
 TEST(Closing, LeavesTheChairInPiecesWhenTheBallFitsBetweenItsSlats) {

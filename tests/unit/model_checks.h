@@ -142,4 +142,10 @@ inline double polygon_area(int sides, double circumradius) {
 
 // --- building blocks ---------------------------------------------------------------------------------------------
 
+inline std::vector<std::string> model_names() {
+  std::vector<std::string> names;
+  for (const ProceduralModel& model : procedural_models()) names.push_back(model.info.name);
+  return names;
+}
+
 }  // namespace voxcarve::test

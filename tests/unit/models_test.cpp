@@ -38,12 +38,6 @@ TEST_P(EveryModel, HasASchemaWithHelpAndValidDefaults) {
   }
 }
 
-std::vector<std::string> model_names() {
-  std::vector<std::string> names;
-  for (const ProceduralModel& model : procedural_models()) names.push_back(model.info.name);
-  return names;
-}
-
 std::string test_name(const testing::TestParamInfo<std::string>& info) {
   std::string name = info.param;
   std::ranges::replace(name, '-', '_');

@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
+#include <algorithm>
+#include <cmath>
 
 #include "common/mesh/models/primitives.h"
 #include "common/run/errors.h"
@@ -163,6 +164,84 @@ TEST(Voxelize, InvalidColumnsDoNotVote) {
   EXPECT_EQ(count_interior(voxelize(open_cube, frame_of({8, 8, 8}), {.directions = 3}, context)), 64);
 }
 
+/// The box without the triangles whose corners all have coordinate `value` along `axis`.
+TriangleSoup without_face(TriangleSoup soup, int axis, double value) {
+  std::erase_if(soup.triangles, [&](const Triangle& t) {
+    return std::ranges::all_of(t, [&](std::uint32_t vertex) { return soup.positions[vertex][axis] == value; });
+  });
+  return soup;
+}
+
+TEST(Voxelize, ASolidWithOneValidVoteSurvives) {
+  // Without its +x and +y faces only the columns along z are valid: one vote of three, and nothing against it.
+  const TriangleSoup soup = without_face(without_face(box(Point::Constant(2), Point::Constant(6)), 0, 6), 1, 6);
+  ASSERT_EQ(soup.triangles.size(), 8U);
+  EXPECT_EQ(count_interior(voxelize_with(soup, frame_of({8, 8, 8}), Classifier::kParity, 3)), 64);
+}
+
+TEST(Voxelize, DisputedVoxelsTakeTheClassOfTheirNeighbours) {
+  // A solid cube of 10^3 voxels, and in its middle a pair of faces of one voxel's size each: one that only rays along x
+  // meet, one that only rays along y meet. Behind both, in the column's crossing, x and y are invalid and z alone
+  // votes: unanimous. In the columns of x alone: z and y say interior, so they have it. To get a dispute a ray must be
+  // valid and wrong: two faces behind each other along x make a pocket whose x vote says exterior, y is invalid by one
+  // more face, z votes interior: 1 : 1, a tie, exterior by the paper's rule, interior by its 26 interior neighbours.
+  TriangleSoup soup = box(Point::Constant(0), Point::Constant(10));
+  const auto add_face = [&](int axis, const Point& lower) {
+    Point u = Point::Zero();
+    Point v = Point::Zero();
+    u[(axis + 1) % 3] = 1;
+    v[(axis + 2) % 3] = 1;
+    const auto first = static_cast<std::uint32_t>(soup.positions.size());
+    soup.positions.insert(soup.positions.end(), {lower, lower + u, lower + u + v, lower + v});
+    soup.triangles.push_back({first, first + 1, first + 2});
+    soup.triangles.push_back({first, first + 2, first + 3});
+  };
+  add_face(0, Point(5, 5, 5));
+  add_face(0, Point(6, 5, 5));
+  add_face(1, Point(5, 6, 5));
+  RunContext context;
+  VoxelizeReport report;
+  const BinaryVolume bare = voxelize(soup, frame_of({10, 10, 10}), {.directions = 3, .settle_sweeps = 0}, context);
+  EXPECT_EQ(count_interior(bare), 999);
+  EXPECT_EQ(bare(5, 5, 5), 0);
+  const BinaryVolume settled = voxelize(soup, frame_of({10, 10, 10}), {.directions = 3}, context, &report);
+  EXPECT_EQ(count_interior(settled), 1000);
+  EXPECT_EQ(report.settled_voxels, 1);
+}
+
+TEST(Voxelize, AWatertightModelHasNothingToSettle) {
+  const TriangleSoup shape = joined({torus(3, 1, 24, 12), icosphere(Point(6, 1, 0.5), 1.3, 3)});
+  RunContext context;
+  const GridFrame frame = voxel_frame(bounds(shape), 40);
+  for (const int directions : {3, 13}) {
+    VoxelizeReport report;
+    const BinaryVolume volume = voxelize(shape, frame, {.directions = directions}, context, &report);
+    EXPECT_EQ(report.settled_voxels, 0);
+    EXPECT_EQ(volume, voxelize(shape, frame, {.directions = directions, .settle_sweeps = 0}, context));
+  }
+}
+
+TEST(Voxelize, APartOfAGridGetsThePartOfTheVolume) {
+  const TriangleSoup shape =
+      transformed(torus(6, 2.3, 17, 9), Eigen::Affine3d(Eigen::Translation3d(10.13, 9.77, 3.31)));
+  const BinaryVolume whole = voxelize_with(shape, frame_of({20, 20, 8}), Classifier::kParity, 3);
+  const GridFrame part = frame_of({7, 9, 5}, Point(4, 6, 1));
+  EXPECT_EQ(voxelize_with(shape, part, Classifier::kParity, 3), resized(whole, part));
+}
+
+TEST(Voxelize, ThinSlabsAreTreatedAlikeAlongEveryAxis) {
+  // A slab of 1 x 1 x 0.008 at 100 voxels is 0.8 voxel thick: one layer of 100 x 100, whichever way it lies, and never
+  // an image.
+  for (int axis = 0; axis < 3; ++axis) {
+    Point upper = Point::Ones();
+    upper[axis] = 0.008;
+    const TriangleSoup slab = box(Point::Zero(), upper);
+    const GridFrame frame = voxel_frame(bounds(slab), 100);
+    EXPECT_FALSE(frame.is_image());
+    EXPECT_EQ(count_interior(voxelize_with(slab, frame, Classifier::kParity, 3)), 10000) << axis;
+  }
+}
+
 TEST(Voxelize, DirectionsAreUnitAndDistinctAxes) {
   const std::vector<Point> directions = voxelization_directions(13);
   ASSERT_EQ(directions.size(), 13U);
@@ -189,7 +268,7 @@ TEST(VoxelFrame, PutsTheResolutionAlongTheLongestSide) {
   box.extend(Point(5, 10, 3.5));  // 4 x 8 x 0.5
   const GridFrame frame = voxel_frame(box, 16);
   EXPECT_EQ(frame.voxel_size, 0.5);
-  EXPECT_EQ(frame.dims, Index3(8, 16, 1));
+  EXPECT_EQ(frame.dims, Index3(8, 16, 2));  // a single slice would be an image
   EXPECT_EQ(frame.origin, Point(1, 2, 3));
 }
 
