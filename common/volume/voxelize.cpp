@@ -207,16 +207,24 @@ int interior_neighbours(const BinaryVolume& volume, const Index3& voxel) {
 /// in another class than the votes gave them.
 std::int64_t settle_disputes(const Votes& votes, const VoxelizeOptions& options, BinaryVolume& volume,
                              RunContext& context) {
+  if (options.settle_sweeps == 0) return 0;
   const GridFrame& frame = volume.frame;
+  const auto is_disputed = [&](std::size_t index) {
+    const int in = votes.interior.values[index];
+    const int out = votes.exterior.values[index];
+    const bool split = (in > 0 && out > 0) || in + out == 0;
+    return split && 2 * std::max(in, out) < options.directions;
+  };
+  std::size_t count = 0;
+  for (std::size_t index = 0; index < volume.values.size(); ++index) count += is_disputed(index);
+  context.require_memory(3 * volume.values.size() + count * (sizeof(Index3) + 2), "settling disputed votes");
   std::vector<Index3> disputed;
+  disputed.reserve(count);
   for (std::int64_t k = 0; k < frame.dims[2]; ++k) {
     context.check_cancelled();
     for (std::int64_t j = 0; j < frame.dims[1]; ++j) {
       for (std::int64_t i = 0; i < frame.dims[0]; ++i) {
-        const int in = votes.interior(i, j, k);
-        const int out = votes.exterior(i, j, k);
-        const bool split = (in > 0 && out > 0) || in + out == 0;
-        if (split && 2 * std::max(in, out) < options.directions) disputed.emplace_back(i, j, k);
+        if (is_disputed(volume.index(i, j, k))) disputed.emplace_back(i, j, k);
       }
     }
   }
