@@ -26,7 +26,7 @@ struct DoubleTraits : OpenMesh::DefaultTraits {
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
 using Decimater = OpenMesh::Decimater::DecimaterT<HalfEdgeMesh>;
 
-/// Forbids collapses that turn a triangle by more than 60 degrees or take its area.
+/// Forbids collapses that turn a triangle by more than a right angle or take its area.
 template <class MeshT>
 class FlipCheck : public OpenMesh::Decimater::ModBaseT<MeshT> {
  public:
@@ -34,7 +34,6 @@ class FlipCheck : public OpenMesh::Decimater::ModBaseT<MeshT> {
   explicit FlipCheck(MeshT& mesh) : Base(mesh, true) {}
 
   float collapse_priority(const CollapseInfo& collapse) override {
-    constexpr double kLeastCosine = 0.5;  // a right angle lets thin parts fold onto themselves
     const MeshT& mesh = Base::mesh();
     for (auto corner = mesh.cvoh_iter(collapse.v0); corner.is_valid(); ++corner) {
       const auto face = mesh.face_handle(*corner);
@@ -44,8 +43,7 @@ class FlipCheck : public OpenMesh::Decimater::ModBaseT<MeshT> {
       const OpenMesh::Vec3d before = OpenMesh::cross(b - collapse.p0, c - collapse.p0);
       const OpenMesh::Vec3d after = OpenMesh::cross(b - collapse.p1, c - collapse.p1);
       const bool was_degenerate = before.sqrnorm() == 0;
-      if (after.sqrnorm() == 0 ||
-          (!was_degenerate && OpenMesh::dot(before, after) <= kLeastCosine * before.norm() * after.norm()))
+      if (after.sqrnorm() == 0 || (!was_degenerate && OpenMesh::dot(before, after) <= 0))
         return float(Base::ILLEGAL_COLLAPSE);
     }
     return float(Base::LEGAL_COLLAPSE);
