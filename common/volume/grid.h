@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/mesh/triangle_soup.h"
+#include "common/volume/grid_allocator.h"
 
 namespace voxcarve {
 
@@ -37,10 +38,18 @@ GridFrame padded(const GridFrame& frame, std::int64_t margin);
 template <class T>
 struct Grid {
   GridFrame frame;
-  std::vector<T> values;
+  GridValues<T> values;
 
   Grid() = default;
   explicit Grid(const GridFrame& f, T value = T{}) : frame(f), values(static_cast<std::size_t>(f.voxels()), value) {}
+
+  /// A grid whose values have yet to be written, every one of them.
+  static Grid uninitialized(const GridFrame& f) {
+    Grid grid;
+    grid.frame = f;
+    grid.values.resize(static_cast<std::size_t>(f.voxels()));
+    return grid;
+  }
 
   std::int64_t nx() const { return frame.dims[0]; }
   std::int64_t ny() const { return frame.dims[1]; }

@@ -35,20 +35,20 @@ TEST(Netpbm, RowsComeFromTheTopAndBlackIsInterior) {
 }
 
 TEST(Netpbm, ASingleValueKeepsItsMeaning) {
-  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P1 2 1 1 1", "file").values.values, (std::vector<float>{1, 1}));
-  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P1 2 1 0 0", "file").values.values, (std::vector<float>{0, 0}));
+  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P1 2 1 1 1", "file").values.values, (GridValues<float>{1, 1}));
+  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P1 2 1 0 0", "file").values.values, (GridValues<float>{0, 0}));
   EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2 2 1 255 200 200", "file").values.values,
-            (std::vector<float>{1, 1}));
-  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2 2 1 255 20 20", "file").values.values, (std::vector<float>{0, 0}));
+            (GridValues<float>{1, 1}));
+  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2 2 1 255 20 20", "file").values.values, (GridValues<float>{0, 0}));
 }
 
 TEST(Netpbm, GreyValuesAreScaled) {
-  const std::vector<float> expected = {0, 85, 255};  // 0, 1 and 3 of 3
+  const GridValues<float> expected = {0, 85, 255};  // 0, 1 and 3 of 3
   EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2\n3 1\n3\n0 1 3", "file").values.values, expected);
   EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, std::string("P5\n3 1\n3\n\0\1\3", 12), "file").values.values, expected);
   // 257 and 65535 of 65535 in two bytes, the upper one first: 1 and 255.
   const VolumeFile deep = parse_volume(VolumeFormat::kNetpbm, std::string("P5 3 1 65535 \0\0\1\1\xff\xff", 19), "file");
-  EXPECT_EQ(deep.values.values, (std::vector<float>{0, 1, 255}));
+  EXPECT_EQ(deep.values.values, (GridValues<float>{0, 1, 255}));
 }
 
 TEST(Netpbm, Refusals) {

@@ -108,7 +108,7 @@ TEST_F(VolumeIo, DensitiesBecomeGreyValues) {
   for (const char* const name : {"a.png", "a.pgm"}) {
     write_volume(image, folder / name);
     // 255 * 0.5 = 127.5, rounded away from zero; 2 is clamped.
-    EXPECT_EQ(read_volume(folder / name).values.values, (std::vector<float>{0, 128, 255, 255}));
+    EXPECT_EQ(read_volume(folder / name).values.values, (GridValues<float>{0, 128, 255, 255}));
   }
 }
 
@@ -143,7 +143,7 @@ std::string samples(std::endian order) {
 }
 
 TEST(Nrrd, ReadsEveryTypeAndByteOrder) {
-  const std::vector<float> expected = {3, 0, 100, 1};
+  const GridValues<float> expected = {3, 0, 100, 1};
   for (const std::endian order : {std::endian::little, std::endian::big}) {
     const std::string rest =
         std::string("encoding: raw\nendian: ") + (order == std::endian::big ? "big\n" : "little\n");
@@ -181,7 +181,7 @@ std::string gzip(const std::string& raw) {
 }
 
 TEST(Nrrd, ReadsEveryEncoding) {
-  const std::vector<float> expected = {3, 0, 100, 1};
+  const GridValues<float> expected = {3, 0, 100, 1};
   const auto values = [](const std::string& bytes) {
     return parse_volume(VolumeFormat::kNrrd, bytes, "file").values.values;
   };
@@ -199,7 +199,7 @@ TEST(Nrrd, ReadsEveryEncoding) {
 TEST_F(VolumeIo, DataMayStandInAFileOfTheirOwn) {
   write_file_atomically(folder / "data.raw", samples<std::uint8_t>(std::endian::little));
   write_file_atomically(folder / "a.nhdr", nrrd("type: uchar\nencoding: raw\ndata file: data.raw\n", ""));
-  EXPECT_EQ(read_volume(folder / "a.nhdr").values.values, (std::vector<float>{3, 0, 100, 1}));
+  EXPECT_EQ(read_volume(folder / "a.nhdr").values.values, (GridValues<float>{3, 0, 100, 1}));
   fs::remove(folder / "data.raw");
   EXPECT_THROW(read_volume(folder / "a.nhdr"), InputError);
 }
@@ -224,7 +224,7 @@ TEST(Nrrd, ATurnedVolumeIsKeptWithANotice) {
       "file");
   ASSERT_EQ(file.notices.size(), 1U);
   EXPECT_NE(file.notices[0].find("mirror"), std::string::npos);
-  EXPECT_EQ(file.values.values, (std::vector<float>{1, 0, 1, 0}));
+  EXPECT_EQ(file.values.values, (GridValues<float>{1, 0, 1, 0}));
 }
 
 TEST(Nrrd, AnisotropicVolumesAreResampledTrilinearly) {
@@ -235,7 +235,7 @@ TEST(Nrrd, AnisotropicVolumesAreResampledTrilinearly) {
       "NRRD0004\ndimension: 3\nsizes: 1 1 2\nspacings: 1 1 2\ntype: uchar\nencoding: ascii\naxis mins: 0 0 0\n\n0 8",
       "file");
   EXPECT_EQ(file.values.frame, (GridFrame{{1, 1, 4}, {-0.5, -0.5, -1}, 1.0}));
-  EXPECT_EQ(file.values.values, (std::vector<float>{0, 2, 6, 8}));
+  EXPECT_EQ(file.values.values, (GridValues<float>{0, 2, 6, 8}));
   ASSERT_EQ(file.notices.size(), 1U);
   EXPECT_EQ(file.notices[0],
             "anisotropic spacing 1 x 1 x 2: resampled trilinearly from 1 x 1 x 2 to 1 x 1 x 4 voxels of size 1");
@@ -279,7 +279,7 @@ std::string metaimage(std::string_view keys, std::string_view data) {
 }
 
 TEST(MetaImage, ReadsOrdersEncodingsAndGeometry) {
-  const std::vector<float> expected = {3, 0, 100, 1};
+  const GridValues<float> expected = {3, 0, 100, 1};
   const auto read = [](const std::string& bytes) {
     return parse_volume(VolumeFormat::kMetaImage, bytes, "file").values;
   };

@@ -30,7 +30,7 @@ std::optional<float> to_float(T value) {
 
 template <class T>
 void decode(const VolumeLayout& layout, std::string_view data, std::string_view name, std::size_t offset,
-            std::vector<float>& values) {
+            GridValues<float>& values) {
   for (std::size_t sample = 0; sample < values.size(); ++sample) {
     const std::optional<float> value = to_float(load<T>(data.data() + sample * sizeof(T), layout.order));
     if (!value) {
@@ -119,7 +119,7 @@ void require_samples(const VolumeLayout& layout, std::size_t available, std::str
 VolumeFile decode_binary(const VolumeLayout& layout, std::string_view data, std::string_view name, std::size_t offset) {
   require_samples(layout, data.size(), name);
   VolumeFile file = allocate(layout);
-  std::vector<float>& values = file.values.values;
+  GridValues<float>& values = file.values.values;
   switch (layout.type) {
     case SampleType::kInt8:
       decode<std::int8_t>(layout, data, name, offset, values);
