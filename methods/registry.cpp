@@ -11,6 +11,8 @@
   X(make_nooruddin_turk)    \
   X(make_identity)          \
   X(make_qslim)             \
+  X(make_open)              \
+  X(make_close)             \
   X(make_alpha_wrap)
 
 namespace voxcarve {

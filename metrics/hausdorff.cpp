@@ -11,64 +11,13 @@
 #include <queue>
 
 #include "common/mesh/aabb_tree.h"
-#include "metrics/counter_random.h"
 
 namespace voxcarve {
 
 namespace {
 
-constexpr std::int64_t kGrain = 256;    // queries a chunk
-constexpr std::size_t kBatch = 1024;    // pieces that are cut at once; part of the result, so fixed
-constexpr double kRoundingSteps = 256;  // roundings of a coordinate between input and distance, generously
-
-/// Both surfaces about the centre of a's box, scaled by a power of two so that its diagonal is in [1, 2).
-struct Normalised {
-  TriangleSoup a, b;
-  double scale = 1;     ///< model units times scale are normalised units
-  double rounding = 0;  ///< largest rounding error of a distance, in normalised units
-};
-
-TriangleSoup transformed(const TriangleSoup& soup, const Point& center, double scale) {
-  TriangleSoup result;
-  result.triangles = soup.triangles;
-  result.positions.assign(soup.positions.size(), Point::Zero());
-  for (const Triangle& triangle : soup.triangles) {
-    for (const std::uint32_t v : triangle) result.positions[v] = scale * (soup.positions[v] - center);
-  }
-  return result;
-}
-
-/// The corners of every triangle in lexicographic order: equal keys are equal triangles as sets of points.
-using TriangleKey = std::array<double, 9>;
-
-std::vector<TriangleKey> keys_of(const TriangleSoup& soup) {
-  std::vector<TriangleKey> keys;
-  keys.reserve(soup.triangles.size());
-  for (const Triangle& t : soup.triangles) {
-    std::array<std::array<double, 3>, 3> corner;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Point& p = soup.positions[t[c]];
-      corner[c] = {p[0] + 0.0, p[1] + 0.0, p[2] + 0.0};  // + 0.0 turns -0 into 0
-    }
-    std::sort(corner.begin(), corner.end());
-    TriangleKey key;
-    for (std::size_t i = 0; i < 9; ++i) key[i] = corner[i / 3][i % 3];
-    keys.push_back(key);
-  }
-  return keys;
-}
-
-/// By triangle of `from`: 1 when it is a triangle of `to` too, so that its points are at distance 0 exactly.
-std::vector<std::uint8_t> find_twins(const TriangleSoup& from, const TriangleSoup& to) {
-  std::vector<TriangleKey> others = keys_of(to);
-  std::sort(others.begin(), others.end());
-  const std::vector<TriangleKey> keys = keys_of(from);
-  std::vector<std::uint8_t> twin(keys.size());
-  for (std::size_t t = 0; t < keys.size(); ++t) {
-    twin[t] = std::binary_search(others.begin(), others.end(), keys[t]) ? 1 : 0;
-  }
-  return twin;
-}
+constexpr std::int64_t kGrain = 256;  // queries a chunk
+constexpr std::size_t kBatch = 1024;  // pieces that are cut at once; part of the result, so fixed
 
 /// Distance from the surface `from` to the surface behind `tree`.
 class OneSidedSearch {
@@ -232,107 +181,64 @@ struct Moments {
   double mean_square = 0;
 };
 
-/// Mean distance over area-uniform samples, one in each of `samples` equal shares of the area.
-std::optional<Moments> sampled_moments(const TriangleSoup& from, const std::vector<std::uint8_t>& twin,
-                                       const AabbTree& tree, std::int64_t samples, std::uint64_t stream,
-                                       const RunContext& context) {
-  std::vector<double> area_up_to;
-  double area = 0;
-  for (const Triangle& t : from.triangles) area_up_to.push_back(area += area_vector(from, t).norm());
-  if (!(area > 0) || samples < 1) return std::nullopt;
-  const CounterRandom random(context.seed, stream);
-  std::vector<double> squared(static_cast<std::size_t>(samples));
-  parallel_for(context, 0, samples, kGrain, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      const auto counter = 3 * static_cast<std::uint64_t>(i);
-      const double share = (static_cast<double>(i) + random(counter)) / static_cast<double>(samples);
-      const auto found = std::upper_bound(area_up_to.begin(), area_up_to.end() - 1, share * area);
-      const auto triangle = static_cast<std::size_t>(found - area_up_to.begin());
-      if (twin[triangle] != 0) continue;
-      const Triangle& t = from.triangles[triangle];
-      const double root = std::sqrt(random(counter + 1));
-      const double along = random(counter + 2);
-      const Point point = (1 - root) * from.positions[t[0]] + root * (1 - along) * from.positions[t[1]] +
-                          root * along * from.positions[t[2]];
-      squared[static_cast<std::size_t>(i)] = tree.nearest(point).squared_distance;
-    }
-  });
+/// Mean distance over area-uniform samples.
+std::optional<Moments> sampled_moments(const MeasuredSurface& from, const AabbTree& to, std::int64_t samples,
+                                       std::uint64_t stream, const RunContext& context) {
+  const std::vector<SampleFoot> feet = sample_feet(from, to, samples, stream, context);
+  if (feet.empty()) return std::nullopt;
   Moments sum;
-  for (const double s : squared) {
-    sum.mean += std::sqrt(s);
-    sum.mean_square += s;
+  for (const SampleFoot& foot : feet) {
+    sum.mean += std::sqrt(foot.squared_distance);
+    sum.mean_square += foot.squared_distance;
   }
-  return Moments{sum.mean / static_cast<double>(samples), sum.mean_square / static_cast<double>(samples)};
-}
-
-std::variant<Normalised, Undefined> normalise(const TriangleSoup& a, const TriangleSoup& b, double& diagonal) {
-  Box box = bounds(a);
-  diagonal = box.diagonal();
-  if (!(diagonal > 0)) {
-    box.extend(bounds(b));
-    diagonal = box.diagonal();
-  }
-  Normalised result;
-  if (diagonal > 0 && std::isfinite(diagonal)) {
-    // Scaling in the range of normal numbers; beyond it the check below or the rounding allowance takes over.
-    result.scale = std::ldexp(1.0, -std::clamp(std::ilogb(diagonal), -1000, 1000));
-  }
-  result.a = transformed(a, box.center(), result.scale);
-  result.b = transformed(b, box.center(), result.scale);
-  Box both = bounds(result.a);
-  both.extend(bounds(result.b));
-  const double reach = std::max(both.lower.cwiseAbs().maxCoeff(), both.upper.cwiseAbs().maxCoeff());
-  if (!std::isfinite(diagonal) || !(reach < 1e70)) {  // fourth powers must not overflow
-    return Undefined{"the shapes' coordinates are too far apart for double precision"};
-  }
-  result.rounding = kRoundingSteps * std::numeric_limits<double>::epsilon() * reach;
-  return result;
+  const auto count = static_cast<double>(feet.size());
+  return Moments{sum.mean / count, sum.mean_square / count};
 }
 
 /// Widens an interval of normalised units by the rounding allowance and turns it into model units.
-DistanceInterval certified(const DistanceInterval& interval, const Normalised& shapes) {
-  return {std::max(0.0, interval.lower - shapes.rounding) / shapes.scale,
-          (interval.upper + shapes.rounding) / shapes.scale};
+DistanceInterval certified(const DistanceInterval& interval, const SurfacePair& pair) {
+  return {std::max(0.0, interval.lower - pair.rounding) / pair.scale, (interval.upper + pair.rounding) / pair.scale};
 }
 
 }  // namespace
 
-std::variant<HausdorffDistances, Undefined> hausdorff_distances(const TriangleSoup& a, const TriangleSoup& b,
+std::variant<HausdorffDistances, Undefined> hausdorff_distances(const SurfacePair& pair, const MeasuredSurface& from_a,
+                                                                const MeasuredSurface& from_b,
                                                                 const HausdorffOptions& options,
                                                                 const RunContext& context) {
-  if (a.empty()) return Undefined{"the first shape has no triangles"};
-  if (b.empty()) return Undefined{"the second shape has no triangles"};
+  if (from_a.soup.empty()) return Undefined{"no part of the first shape to measure from"};
+  if (from_b.soup.empty()) return Undefined{"no part of the second shape to measure from"};
   HausdorffDistances result;
-  auto normalised = normalise(a, b, result.diagonal);
-  if (const auto* reason = std::get_if<Undefined>(&normalised)) return *reason;
-  const auto& shapes = std::get<Normalised>(normalised);
-  const AabbTree tree_a(shapes.a);
-  context.check_cancelled();
-  const AabbTree tree_b(shapes.b);
-
+  result.diagonal = pair.diagonal;
   // The allowance on both sides is part of the promised width.
-  const double error =
-      std::max(options.error * result.diagonal * shapes.scale - 2 * shapes.rounding, 2 * shapes.rounding);
-  const std::vector<std::uint8_t> twin_a = find_twins(a, b);
-  const std::vector<std::uint8_t> twin_b = find_twins(b, a);
-  const auto one_sided = [&](const TriangleSoup& from, const std::vector<std::uint8_t>& twin, const TriangleSoup& to,
+  const double error = std::max(options.error * pair.diagonal * pair.scale - 2 * pair.rounding, 2 * pair.rounding);
+  const auto one_sided = [&](const MeasuredSurface& from, const MeasuredSurface& to,
                              const AabbTree& tree) -> DistanceInterval {
     context.check_cancelled();
-    if (std::find(twin.begin(), twin.end(), 0) == twin.end()) return {0, 0};
-    return certified(OneSidedSearch(from, to, tree, context).run(twin, error), shapes);
+    if (std::find(from.twin.begin(), from.twin.end(), 0) == from.twin.end()) return {0, 0};
+    return certified(OneSidedSearch(from.soup, to.soup, tree, context).run(from.twin, error), pair);
   };
-  result.a_to_b = one_sided(shapes.a, twin_a, shapes.b, tree_b);
-  result.b_to_a = one_sided(shapes.b, twin_b, shapes.a, tree_a);
+  result.a_to_b = one_sided(from_a, pair.b, pair.tree_b);
+  result.b_to_a = one_sided(from_b, pair.a, pair.tree_a);
   result.symmetric = {std::max(result.a_to_b.lower, result.b_to_a.lower),
                       std::max(result.a_to_b.upper, result.b_to_a.upper)};
 
-  const auto from_a = sampled_moments(shapes.a, twin_a, tree_b, options.samples, 1, context);
-  const auto from_b = sampled_moments(shapes.b, twin_b, tree_a, options.samples, 2, context);
-  if (from_a && from_b) {
-    result.mean = (from_a->mean + from_b->mean) / 2 / shapes.scale;
-    result.rms = std::sqrt((from_a->mean_square + from_b->mean_square) / 2) / shapes.scale;
+  const auto moments_a = sampled_moments(from_a, pair.tree_b, options.samples, 1, context);
+  const auto moments_b = sampled_moments(from_b, pair.tree_a, options.samples, 2, context);
+  if (moments_a && moments_b) {
+    result.mean = (moments_a->mean + moments_b->mean) / 2 / pair.scale;
+    result.rms = std::sqrt((moments_a->mean_square + moments_b->mean_square) / 2) / pair.scale;
   }
   return result;
+}
+
+std::variant<HausdorffDistances, Undefined> hausdorff_distances(const TriangleSoup& a, const TriangleSoup& b,
+                                                                const HausdorffOptions& options,
+                                                                const RunContext& context) {
+  const auto pair = prepare_pair(a, b, context);
+  if (const auto* reason = std::get_if<Undefined>(&pair)) return *reason;
+  const auto& surfaces = std::get<SurfacePair>(pair);
+  return hausdorff_distances(surfaces, surfaces.a, surfaces.b, options, context);
 }
 
 }  // namespace voxcarve

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "metrics/metric.h"
+#include "metrics/surface_pair.h"
 
 namespace voxcarve {
 
@@ -37,6 +38,13 @@ struct HausdorffDistances {
 /// largest distance from the centre of a's box). Equal sets of triangles have distance [0, 0] exactly.
 /// Undefined, with the reason, for an empty shape or coordinates whose differences overflow. Throws Cancelled.
 std::variant<HausdorffDistances, Undefined> hausdorff_distances(const TriangleSoup& a, const TriangleSoup& b,
+                                                                const HausdorffOptions& options,
+                                                                const RunContext& context);
+
+/// The same from the points of `from_a` to the whole of b and from the points of `from_b` to the whole of a. Each is
+/// the pair's own surface or a part of it. Undefined, with the reason, for an empty part. Throws Cancelled.
+std::variant<HausdorffDistances, Undefined> hausdorff_distances(const SurfacePair& pair, const MeasuredSurface& from_a,
+                                                                const MeasuredSurface& from_b,
                                                                 const HausdorffOptions& options,
                                                                 const RunContext& context);
 

@@ -32,7 +32,7 @@ enum class Direction { kNone, kLowerIsBetter, kHigherIsBetter };
 /// What one key means.
 struct MetricColumn {
   std::string key;
-  std::string unit;  ///< "", "model", "model^2", "model^3", "share" ...
+  std::string unit;  ///< "", "model", "model^2", "model^3", "share", "degrees"
   Direction direction = Direction::kNone;
   std::string help;  ///< one line
 };
@@ -43,6 +43,8 @@ struct MetricOptions {
   std::int64_t distance_samples = 20000;  ///< area-uniform samples a side for mean and RMS
   std::int64_t rays = 1 << 14;            ///< rays over all replicates of the symmetric difference
   std::int64_t replicates = 8;            ///< at least 8
+  bool visible = true;                    ///< the pair metrics of the parts that are visible from outside
+  std::int64_t view_directions = 128;     ///< to look from, for these
 };
 
 /// Columns of `measure_shape`, in its order.
@@ -55,7 +57,8 @@ const std::vector<MetricColumn>& pair_columns();
 std::vector<Measurement> measure_shape(const TriangleSoup& shape, const MetricOptions& options, RunContext& context);
 
 /// The pair metrics: `reference` is the input, `shape` the output; lengths are shares of the reference's diagonal where
-/// the key says relative. Same promises as `measure_shape`.
+/// the key says relative. Same promises as `measure_shape`, but for ResourceError when finding the visible parts needs
+/// more than the memory budget.
 std::vector<Measurement> measure_pair(const TriangleSoup& reference, const TriangleSoup& shape,
                                       const MetricOptions& options, RunContext& context);
 

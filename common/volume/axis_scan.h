@@ -1,10 +1,8 @@
-// Scan conversion of a soup along a coordinate axis, for the voxelizer.
+// Scan conversion of triangles along the coordinate axes, for the voxelizer.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -15,16 +13,18 @@
 
 namespace voxcarve {
 
+using LatticePoint = std::array<std::int32_t, 3>;
+
 /// The vertices of a soup in voxel units (voxel (i, j, k) has its centre at (i, j, k)), rounded to a lattice of
-/// 2^-bits voxel so that edge functions are exact in 64 bits.
+/// 2^-bits voxel so that edge functions are exact in 64 bits. The soup must outlive it.
 class LatticeSoup {
  public:
-  LatticeSoup(const TriangleSoup& soup, const GridFrame& frame);
+  /// Throws InputError when the soup reaches 2^28 voxels or more beyond the grid.
+  LatticeSoup(const TriangleSoup& soup, const GridFrame& frame, RunContext& context);
 
-  using LatticePoint = Eigen::Matrix<std::int64_t, 3, 1>;
   const std::vector<LatticePoint>& points() const { return points_; }
   const std::vector<Triangle>& triangles() const { return *triangles_; }
-  std::int64_t one() const { return std::int64_t{1} << bits_; }
+  int bits() const { return bits_; }
 
  private:
   int bits_ = 16;
@@ -32,132 +32,192 @@ class LatticeSoup {
   const std::vector<Triangle>* triangles_;
 };
 
-/// Calls visit(u, v, first) for every ray parallel to `axis` and triangle that cross: (u, v) are the voxel indices
-/// along axes axis + 1 and axis + 2 (mod 3), and `first` is the index of the first voxel centre behind the crossing, in
-/// [0, dims[axis]]. Everything is decided as if voxel centres were moved by (e, e^2, e^3) along x, y and z, e an
-/// infinitesimal (simulation of simplicity [EM90]), so the three axes agree on a voxel centre that lies on the surface.
-/// Defined in the header because the visitor is called once a sample.
-template <class Visit>
-void scan_convert(const LatticeSoup& soup, const GridFrame& frame, int axis, Stage& stage, const Visit& visit);
+/// Indices of voxel centres, both ends included; empty when first > last.
+struct IndexRange {
+  std::int64_t first = 0;
+  std::int64_t last = -1;
+
+  bool empty() const { return first > last; }
+  std::int64_t size() const { return last - first + 1; }
+};
+
+/// Those of `window` whose centres lie between the smallest and the largest of the corners' coordinates along `axis`.
+inline IndexRange centers_between(const std::array<LatticePoint, 3>& corners, std::size_t axis, int bits,
+                                  IndexRange window) {
+  const auto [low, high] = std::minmax({corners[0][axis], corners[1][axis], corners[2][axis]});
+  const std::int64_t before = (std::int64_t{1} << bits) - 1;  // shifts of signed numbers round down
+  return {std::max((low + before) >> bits, window.first), std::min(std::int64_t{high >> bits}, window.last)};
+}
+
+/// Calls visit(u, v, first) for every ray parallel to `kAxis` within the window that crosses the triangle: (u, v) are
+/// voxel indices along axes kAxis + 1 and kAxis + 2 (mod 3), and `first` is the index of the first voxel centre behind
+/// the crossing, any integer. Everything is decided as if voxel centres were moved by (e, e^2, e^3) along x, y and z, e
+/// an infinitesimal (simulation of simplicity [EM90]), so the three axes agree on a voxel centre that lies on the
+/// surface. The ranges must not be empty, and lie within the triangle's own (`centers_between`). Defined in the header
+/// because the visitor is called once a sample.
+template <int kAxis, class Visit>
+void scan_triangle(const std::array<LatticePoint, 3>& corners, int bits, IndexRange u, IndexRange v,
+                   const Visit& visit);
 
 // ---------------------------------------------------------------------------------------------------------------------
 
 namespace scan_detail {
 
-struct Point2 {
-  std::int64_t u = 0, v = 0;
+__extension__ using Wide = __int128;  ///< edge function times depth
+
+/// A corner as rays of one axis see it; lattice steps.
+struct Corner {
+  std::int64_t u = 0, v = 0, depth = 0;
 };
 
-/// Twice the signed area of (a, b, p), exact.
-inline std::int64_t edge_function(Point2 a, Point2 b, Point2 p) {
-  return (b.u - a.u) * (p.v - a.v) - (b.v - a.v) * (p.u - a.u);
+/// Twice the signed area of (a, b, p), exact: coordinates stay below 2^28.
+inline std::int64_t edge_function(const Corner& a, const Corner& b, std::int64_t u, std::int64_t v) {
+  return (b.u - a.u) * (v - a.v) - (b.v - a.v) * (u - a.u);
 }
 
 /// Where the edge function is zero: does the moved sample lie inside? Along y the rays' u is z and their v is x, so
 /// there v is moved further than u.
-inline bool tie_is_inside(Point2 a, Point2 b, bool v_moves_further) {
+template <int kAxis>
+bool tie_is_inside(const Corner& a, const Corner& b) {
   const std::int64_t du = b.u - a.u;
   const std::int64_t dv = b.v - a.v;
-  return v_moves_further ? du > 0 || (du == 0 && dv < 0) : dv < 0 || (dv == 0 && du > 0);
+  return kAxis == 1 ? du > 0 || (du == 0 && dv < 0) : dv < 0 || (dv == 0 && du > 0);
 }
 
-__extension__ using Wide = __int128;  ///< edge function times depth
+/// A side of a triangle on a raster: `value` is its edge function at the first sample, less one where a tie is outside,
+/// so that samples inside are those with no negative value.
+struct Side {
+  std::int64_t value = 0;
+  std::int64_t step_u = 0;
+  std::int64_t step_v = 0;
+  std::int64_t bias = 0;
 
-inline std::int64_t ceil_div(std::int64_t value, std::int64_t divisor) {
-  return value >= 0 ? (value + divisor - 1) / divisor : -(-value / divisor);
-}
-inline std::int64_t floor_div(std::int64_t value, std::int64_t divisor) {
-  return -ceil_div(-value, divisor);
-}
+  template <int kAxis>
+  static Side of(const Corner& a, const Corner& b, int bits, std::int64_t first_u, std::int64_t first_v) {
+    Side side;
+    side.bias = tie_is_inside<kAxis>(a, b) ? 0 : 1;
+    side.value = edge_function(a, b, first_u << bits, first_v << bits) - side.bias;
+    side.step_u = -((b.v - a.v) << bits);
+    side.step_v = (b.u - a.u) << bits;
+    return side;
+  }
 
-/// A triangle prepared for one axis: corners counterclockwise in (u, v), depths in lattice steps.
-struct ScanTriangle {
-  std::array<Point2, 3> p;
-  std::array<std::int64_t, 3> depth{};
-  std::int64_t area = 0;         ///< twice the projected area; 0 when seen edge-on
-  bool tie_is_in_front = false;  ///< a crossing exactly at a voxel centre lies in front of the moved centre
-
-  ScanTriangle(const LatticeSoup::LatticePoint& a, const LatticeSoup::LatticePoint& b,
-               const LatticeSoup::LatticePoint& c, int axis)
-      : p{Point2{a[(axis + 1) % 3], a[(axis + 2) % 3]}, Point2{b[(axis + 1) % 3], b[(axis + 2) % 3]},
-          Point2{c[(axis + 1) % 3], c[(axis + 2) % 3]}},
-        depth{a[axis], b[axis], c[axis]} {
-    area = edge_function(p[0], p[1], p[2]);
-    if (area == 0) return;
-    // Moving the centre by d moves the crossing by (n . d) / n[axis] in front of it; d is (e, e^2, e^3).
-    const LatticeSoup::LatticePoint normal = (b - a).cross(c - a);
-    const std::int64_t leading = normal[0] != 0 ? normal[0] : normal[1] != 0 ? normal[1] : normal[2];
-    tie_is_in_front = (leading > 0) == (normal[axis] > 0);
-    if (area < 0) {
-      std::swap(p[1], p[2]);
-      std::swap(depth[1], depth[2]);
-      area = -area;
+  /// Cuts the samples with a negative value off `steps`, a range of steps along u from a sample with value `at`.
+  void clip(std::int64_t at, IndexRange& steps) const {
+    if (step_u > 0) {
+      if (at < 0) steps.first = std::max(steps.first, (-at + step_u - 1) / step_u);
+    } else if (at < 0) {
+      steps.last = -1;
+    } else if (step_u < 0) {
+      steps.last = std::min(steps.last, at / -step_u);
     }
+  }
+};
+
+/// Where rays cross the triangle's plane. Depths are tracked in units of 2^-kFraction voxel in doubles: the edge
+/// functions at a sample lie between 0 and the area, so nothing cancels, and the rounding of some five operations on at
+/// most 2^53 units stays below kClose. Only that close to a centre exact arithmetic has to tell the side.
+template <int kAxis>
+class Depth {
+ public:
+  Depth(const std::array<LatticePoint, 3>& corners, const std::array<Corner, 3>& p, std::int64_t area, int bits)
+      : corners_(corners), p_(p), area_(area), bits_(bits) {
+    constexpr double kUnit = std::int64_t{1} << kFraction;
+    const double units = kUnit / static_cast<double>(std::int64_t{1} << bits);  // a lattice step, a power of two
+    const double scale = units / static_cast<double>(area);
+    base_ = static_cast<double>(p[0].depth) * units;
+    along_e2_ = static_cast<double>(p[1].depth - p[0].depth) * scale;
+    along_e0_ = static_cast<double>(p[2].depth - p[0].depth) * scale;
   }
 
   /// First voxel centre behind the crossing at a sample with edge functions e0 (of side 0-1) and e2 (of side 2-0).
-  std::int64_t first_behind(std::int64_t e0, std::int64_t e2, std::int64_t one) const {
-    const double weight = 1.0 / (static_cast<double>(area) * static_cast<double>(one));
-    const double crossing = static_cast<double>(depth[0]) / static_cast<double>(one) +
-                            (static_cast<double>(e2) * static_cast<double>(depth[1] - depth[0]) +
-                             static_cast<double>(e0) * static_cast<double>(depth[2] - depth[0])) *
-                                weight;
-    const double nearest = std::round(crossing);
-    constexpr double kCloseToCenter = 1e-6;  // voxels; far above the rounding of the lines before
-    if (std::abs(crossing - nearest) > kCloseToCenter) return static_cast<std::int64_t>(std::ceil(crossing));
-    // So close to a centre only exact arithmetic tells the side.
-    const auto center = static_cast<std::int64_t>(nearest);
-    const Wide distance = static_cast<Wide>(depth[0] - center * one) * area +
-                          static_cast<Wide>(e2) * (depth[1] - depth[0]) + static_cast<Wide>(e0) * (depth[2] - depth[0]);
-    const bool in_front = distance < 0 || (distance == 0 && tie_is_in_front);
+  std::int64_t first_behind(std::int64_t e0, std::int64_t e2) const {
+    const auto units =
+        static_cast<std::int64_t>(base_ + static_cast<double>(e2) * along_e2_ + static_cast<double>(e0) * along_e0_);
+    constexpr std::int64_t kMask = (std::int64_t{1} << kFraction) - 1;
+    if (((units + kClose) & kMask) <= 2 * kClose) return exactly_behind((units + kClose) >> kFraction, e0, e2);
+    return (units + kMask) >> kFraction;
+  }
+
+ private:
+  std::int64_t exactly_behind(std::int64_t center, std::int64_t e0, std::int64_t e2) const {
+    const Wide distance = static_cast<Wide>(p_[0].depth - (center << bits_)) * area_ +
+                          static_cast<Wide>(e2) * (p_[1].depth - p_[0].depth) +
+                          static_cast<Wide>(e0) * (p_[2].depth - p_[0].depth);
+    const bool in_front = distance < 0 || (distance == 0 && tie_is_in_front());
     return in_front ? center : center + 1;
   }
+
+  /// Does a crossing exactly at a voxel centre lie in front of the moved centre? Moving the centre by d moves it by
+  /// (n . d) / n[axis] away from the plane; d is (e, e^2, e^3).
+  bool tie_is_in_front() const {
+    std::array<std::int64_t, 3> ab{};
+    std::array<std::int64_t, 3> ac{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ab[axis] = std::int64_t{corners_[1][axis]} - corners_[0][axis];
+      ac[axis] = std::int64_t{corners_[2][axis]} - corners_[0][axis];
+    }
+    const std::array<std::int64_t, 3> normal = {ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2],
+                                                ab[0] * ac[1] - ab[1] * ac[0]};
+    const std::int64_t leading = normal[0] != 0 ? normal[0] : normal[1] != 0 ? normal[1] : normal[2];
+    return (leading > 0) == (normal[kAxis] > 0);
+  }
+
+  static constexpr int kFraction = 24;
+  static constexpr std::int64_t kClose = 32;
+  const std::array<LatticePoint, 3>& corners_;
+  const std::array<Corner, 3>& p_;
+  std::int64_t area_;
+  int bits_;
+  double base_, along_e2_, along_e0_;
 };
 
 }  // namespace scan_detail
 
-template <class Visit>
-void scan_convert(const LatticeSoup& soup, const GridFrame& frame, int axis, Stage& stage, const Visit& visit) {
+template <int kAxis, class Visit>
+void scan_triangle(const std::array<LatticePoint, 3>& corners, int bits, IndexRange u, IndexRange v,
+                   const Visit& visit) {
   using namespace scan_detail;
-  const int u_axis = (axis + 1) % 3;
-  const int v_axis = (axis + 2) % 3;
-  const std::int64_t one = soup.one();
-  constexpr std::int64_t kReportEvery = 4096;    // triangles
-  constexpr std::int64_t kCheckEvery = 1 << 17;  // samples, for cancellation within large triangles
-  std::int64_t visited = 0;
-  std::int64_t unchecked = 0;
-  for (const Triangle& triangle : soup.triangles()) {
-    if (++visited % kReportEvery == 0) stage.advance(kReportEvery);
-    const auto& points = soup.points();
-    const ScanTriangle scan(points[triangle[0]], points[triangle[1]], points[triangle[2]], axis);
-    if (scan.area == 0) continue;
-    const auto& p = scan.p;
-    const auto [u_low, u_high] = std::minmax({p[0].u, p[1].u, p[2].u});
-    const auto [v_low, v_high] = std::minmax({p[0].v, p[1].v, p[2].v});
-    const std::int64_t u_first = std::max<std::int64_t>(ceil_div(u_low, one), 0);
-    const std::int64_t u_last = std::min(floor_div(u_high, one), frame.dims[u_axis] - 1);
-    const std::int64_t v_first = std::max<std::int64_t>(ceil_div(v_low, one), 0);
-    const std::int64_t v_last = std::min(floor_div(v_high, one), frame.dims[v_axis] - 1);
-    std::array<std::int64_t, 3> bias{};
-    for (std::size_t side = 0; side < 3; ++side)
-      bias[side] = tie_is_inside(p[side], p[(side + 1) % 3], axis == 1) ? 0 : 1;
-    for (std::int64_t v = v_first; v <= v_last; ++v) {
-      unchecked += u_last - u_first + 1;
-      if (unchecked > kCheckEvery) {
-        stage.advance(0);
-        unchecked = 0;
-      }
-      Point2 sample{u_first * one, v * one};
-      for (std::int64_t u = u_first; u <= u_last; ++u, sample.u += one) {
-        const std::int64_t e0 = edge_function(p[0], p[1], sample);  // weight of corner 2
-        const std::int64_t e1 = edge_function(p[1], p[2], sample);  // of corner 0
-        const std::int64_t e2 = edge_function(p[2], p[0], sample);  // of corner 1
-        if (e0 < bias[0] || e1 < bias[1] || e2 < bias[2]) continue;
-        visit(u, v, std::clamp<std::int64_t>(scan.first_behind(e0, e2, one), 0, frame.dims[axis]));
-      }
-    }
+  constexpr std::size_t kU = (kAxis + 1) % 3;
+  constexpr std::size_t kV = (kAxis + 2) % 3;
+  std::array<Corner, 3> p;
+  for (std::size_t i = 0; i < 3; ++i) p[i] = {corners[i][kU], corners[i][kV], corners[i][kAxis]};
+  std::int64_t area = edge_function(p[0], p[1], p[2].u, p[2].v);
+  if (area == 0) return;  // seen edge-on
+  if (area < 0) {
+    std::swap(p[1], p[2]);
+    area = -area;
   }
-  stage.advance(visited % kReportEvery);
+  Side s0 = Side::of<kAxis>(p[0], p[1], bits, u.first, v.first);  // weight of corner 2
+  Side s1 = Side::of<kAxis>(p[1], p[2], bits, u.first, v.first);  // of corner 0
+  Side s2 = Side::of<kAxis>(p[2], p[0], bits, u.first, v.first);  // of corner 1
+  if (u.size() == 1 && v.size() == 1) {                           // most triangles of a fine mesh
+    if ((s0.value | s1.value | s2.value) < 0) return;
+    visit(u.first, v.first, Depth<kAxis>(corners, p, area, bits).first_behind(s0.value + s0.bias, s2.value + s2.bias));
+    return;
+  }
+  const Depth<kAxis> depth(corners, p, area, bits);
+  constexpr std::int64_t kWide = 12;  // samples from which three divisions cost less than testing them all
+  for (std::int64_t row = v.first; row <= v.last; ++row) {
+    IndexRange steps{0, u.last - u.first};
+    if (steps.last >= kWide) {
+      s0.clip(s0.value, steps);
+      s1.clip(s1.value, steps);
+      s2.clip(s2.value, steps);
+    }
+    std::int64_t e0 = s0.value + steps.first * s0.step_u;
+    std::int64_t e1 = s1.value + steps.first * s1.step_u;
+    std::int64_t e2 = s2.value + steps.first * s2.step_u;
+    for (std::int64_t step = steps.first; step <= steps.last; ++step) {
+      if ((e0 | e1 | e2) >= 0) visit(u.first + step, row, depth.first_behind(e0 + s0.bias, e2 + s2.bias));
+      e0 += s0.step_u;
+      e1 += s1.step_u;
+      e2 += s2.step_u;
+    }
+    s0.value += s0.step_v;
+    s1.value += s1.step_v;
+    s2.value += s2.step_v;
+  }
 }
 
 }  // namespace voxcarve

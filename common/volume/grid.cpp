@@ -1,5 +1,6 @@
 #include "common/volume/grid.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace voxcarve {
@@ -12,6 +13,13 @@ GridFrame padded(const GridFrame& frame, std::int64_t margin) {
     larger.origin[axis] -= static_cast<double>(margin) * frame.voxel_size;
   }
   return larger;
+}
+
+BinaryVolume thresholded(const Grid<float>& field, float threshold) {
+  auto volume = BinaryVolume::uninitialized(field.frame);
+  std::ranges::transform(field.values, volume.values.begin(),
+                         [threshold](float value) { return static_cast<std::uint8_t>(value >= threshold); });
+  return volume;
 }
 
 std::int64_t count_interior(const BinaryVolume& volume) {

@@ -88,6 +88,9 @@ Grid<T> resized(const Grid<T>& grid, const GridFrame& frame, T outside = T{}) {
   return result;
 }
 
+/// The voxels whose value is at least `threshold`.
+BinaryVolume thresholded(const Grid<float>& field, float threshold);
+
 /// Number of interior voxels.
 std::int64_t count_interior(const BinaryVolume& volume);
 

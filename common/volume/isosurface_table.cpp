@@ -92,6 +92,10 @@ bool triangulate(const Loop& loop, std::size_t first, std::size_t last, CubeCase
 std::array<CubeCase, 256> derive_cases() {
   std::array<CubeCase, 256> cases{};
   for (unsigned mask = 0; mask < 256; ++mask) {
+    for (unsigned e = 0; e < 12; ++e) {
+      const unsigned crossed = (mask >> kEdgeCorners[e][0] ^ mask >> kEdgeCorners[e][1]) & 1U;
+      cases[mask].crossed_edges = static_cast<std::uint16_t>(cases[mask].crossed_edges | crossed << e);
+    }
     for (const Loop& loop : contour_loops(mask)) {
       if (!triangulate(loop, 0, loop.size() - 1, cases[mask])) {
         throw std::logic_error("a contour loop has no triangulation without diagonals in faces");

@@ -8,6 +8,7 @@ namespace voxcarve {
 
 /// Triangles of one corner configuration, as indices of cube edges.
 struct CubeCase {
+  std::uint16_t crossed_edges = 0;  ///< bit e: one end of edge e is interior, the other one is not
   std::uint8_t triangle_count = 0;
   std::array<std::array<std::uint8_t, 3>, 10> triangles{};
 };

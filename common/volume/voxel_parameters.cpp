@@ -21,6 +21,14 @@ std::vector<ParameterSpec> voxelization_parameters() {
       ParameterSpec::integer("settle_sweeps", "sweeps", 0, 1000, 4,
                              "parity: how often voxels with split votes, fewer than half of the directions for either "
                              "class, take the class of most neighbours; 0 is the paper's rule alone"),
+      ParameterSpec::toggle("stab_validity", false,
+                            "stabbing: rays with an odd number of crossings do not vote (a test that Kolb and John "
+                            "ascribe to the method)"),
+      ParameterSpec::integer("supersampling", "samples", 1, 3, 1,
+                             "samples along each side of a voxel; more give smoother densities, and cost their cube"),
+      ParameterSpec::choice("kernel", {"box", "gaussian"}, "box",
+                            "how samples become a density: the mean over the voxel, or a Gaussian of standard "
+                            "deviation 0.7 voxels that reaches 2 voxels"),
   };
 }
 
@@ -30,14 +38,21 @@ VoxelizeOptions voxelize_options(const Parameters& parameters) {
   options.directions = std::stoi(parameters.choice("directions"));
   options.settle_sweeps = static_cast<int>(parameters.integer("settle_sweeps"));
   options.axis = parameters.choice("axis")[0] - 'x';
+  options.stab_validity = parameters.toggle("stab_validity");
   return options;
 }
 
-BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& parameters, RunContext& context) {
-  const GridFrame frame = voxel_frame(bounds(soup), parameters.integer("resolution"));
-  const VoxelizeOptions options = voxelize_options(parameters);
-  VoxelizeReport report;
-  BinaryVolume volume = voxelize(soup, frame, options, context, &report);
+SupersamplingOptions supersampling_options(const Parameters& parameters) {
+  return {static_cast<int>(parameters.integer("supersampling")), filter_kernel_from(parameters.choice("kernel"))};
+}
+
+bool is_binary(const SupersamplingOptions& options) {
+  return options.samples == 1 && options.kernel == FilterKernel::kBox;
+}
+
+namespace {
+
+void add_notices(const VoxelizeReport& report, RunContext& context) {
   for (const VoxelizeReport::Axis& axis : report.axes) {
     if (axis.invalid_columns == 0) continue;
     context.notice(std::string("along ") + "xyz"[axis.axis] + ", " + std::to_string(axis.invalid_columns) + " of " +
@@ -48,6 +63,27 @@ BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& paramete
     context.notice(std::to_string(report.settled_voxels) +
                    " voxels with few and split votes took the class of most of their neighbours");
   }
+}
+
+}  // namespace
+
+DensityVolume voxelize_model_density(const TriangleSoup& soup, const Parameters& parameters, RunContext& context) {
+  const GridFrame frame = voxel_frame(bounds(soup), parameters.integer("resolution"));
+  VoxelizeReport report;
+  DensityVolume volume =
+      voxelize_density(soup, frame, voxelize_options(parameters), supersampling_options(parameters), context, &report);
+  add_notices(report, context);
+  return volume;
+}
+
+BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& parameters, double threshold,
+                            RunContext& context) {
+  if (!is_binary(supersampling_options(parameters)))
+    return thresholded(voxelize_model_density(soup, parameters, context), static_cast<float>(threshold));
+  const GridFrame frame = voxel_frame(bounds(soup), parameters.integer("resolution"));
+  VoxelizeReport report;
+  BinaryVolume volume = voxelize(soup, frame, voxelize_options(parameters), context, &report);
+  add_notices(report, context);
   return volume;
 }
 

@@ -1,4 +1,5 @@
-// Parameters that every voxel method shares (DESIGN names are fixed: resolution, classifier, directions).
+// Parameters that every voxel method shares (DESIGN names are fixed: resolution, classifier, directions, supersampling,
+// kernel).
 #pragma once
 
 #include <vector>
@@ -13,8 +14,16 @@ std::vector<ParameterSpec> voxelization_parameters();
 
 /// The options that `parameters`, of a schema with the lines above, stand for.
 VoxelizeOptions voxelize_options(const Parameters& parameters);
+SupersamplingOptions supersampling_options(const Parameters& parameters);
 
-/// Voxelizes at the parameters' resolution and adds notices about columns that did not vote.
-BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& parameters, RunContext& context);
+/// True when these options give densities of 0 and 1 only: one sample a voxel that no kernel spreads.
+bool is_binary(const SupersamplingOptions& options);
+
+/// Densities at the parameters' resolution. Adds notices about columns that did not vote.
+DensityVolume voxelize_model_density(const TriangleSoup& soup, const Parameters& parameters, RunContext& context);
+
+/// The voxels of a density of at least `threshold`, likewise.
+BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& parameters, double threshold,
+                            RunContext& context);
 
 }  // namespace voxcarve

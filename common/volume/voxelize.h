@@ -32,12 +32,29 @@ struct VoxelizeOptions {
   /// voxel is disputed when its valid votes are split, or it has none, and neither class has half of all directions; of
   /// a watertight model no voxel is. 0 gives the paper's rule alone.
   int settle_sweeps = 4;
+  /// Ray stabbing: a ray with an odd number of crossings does not vote. [KJ01, 2.2] ascribes this test to the method. A
+  /// voxel for which no ray votes is exterior.
+  bool stab_validity = false;
+};
+
+/// How the samples of a voxel's neighbourhood become its density [NT03, 3.3].
+enum class FilterKernel {
+  kBox,      ///< the mean of the voxel's own samples
+  kGaussian  ///< standard deviation 0.7 voxels, cut off at 2 voxels along each axis
+};
+
+/// "box" or "gaussian"; throws ParameterError for another name.
+FilterKernel filter_kernel_from(std::string_view name);
+
+struct SupersamplingOptions {
+  int samples = 1;  ///< a voxel is sampled at samples^3 points: 1, 2 or 3
+  FilterKernel kernel = FilterKernel::kBox;
 };
 
 /// What the classification met on its way.
 struct VoxelizeReport {
   /// Per axis: voxel columns that some crossing fell into, and those of them with an odd count, which do not vote
-  /// (parity count only).
+  /// (parity count, and stabbing with `stab_validity`; else none).
   struct Axis {
     int axis = 0;
     std::int64_t columns = 0;
@@ -59,14 +76,29 @@ GridFrame voxel_frame(const Box& box, std::int64_t resolution);
 
 /// Classifies every voxel centre of `frame`. Rays pass exactly through voxel centres in every direction, where the
 /// papers snap them to a pixel raster, so no direction adds an error of its own. Vertices are rounded to 2^-16 voxel
-/// (coarser for more than 8192 voxels a side); on this lattice a ray through a shared edge or vertex counts exactly
-/// once, as if all voxel centres were moved by (e, e^2, e^3) for an infinitesimal e (along directions that are no axis,
-/// by 2^-10, 2^-13 and 2^-16 voxel). Edge-on triangles never count. No valid vote, and ties, are
-/// exterior [NT03, 3.1].
+/// (coarser where the soup reaches beyond 4095 voxels from the grid's lower corner); on this lattice a ray through a
+/// shared edge or vertex counts exactly once, as if all voxel centres were moved by (e, e^2, e^3) for an infinitesimal
+/// e (along directions that are no axis, by 2^-10, 2^-13 and 2^-16 voxel). Edge-on triangles never count. No valid
+/// vote, and ties, are exterior [NT03, 3.1].
 ///
 /// Ray stabbing gives the intersection of the line hulls of the soup along the directions: of a set of parts not the
 /// union but something larger that no ray enters from outside.
+///
+/// The soup may reach beyond the grid: a part of a grid gets the part of the volume. Beside the result, an eighth of
+/// its bytes are held, what the triangles need, and with 13 directions a byte a voxel. Throws ParameterError for
+/// another number of directions, InputError for a soup that reaches 2^28 voxels beyond the grid.
 BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
                       RunContext& context, VoxelizeReport* report = nullptr);
+
+/// The density of every voxel: each is divided into samples^3 smaller ones, these are classified as `voxelize` does,
+/// and the kernel weighs them [NT03, 3.3]. Weights are integers, so that a voxel whose whole neighbourhood is interior
+/// has a density of exactly 1, one whose neighbourhood is exterior of exactly 0, and the same bytes come out in any
+/// order of summation. The Gaussian reaches beyond the model, so the result's grid has 2 voxels more than `frame` on
+/// every side (an image stays an image), and samples are taken wherever it reaches. Disputed votes are settled among
+/// the smaller voxels, and the counts of the report are of these. Beside the result, samples^3 / 8 bytes a voxel are
+/// held. Throws as `voxelize` does, and ParameterError for another number of samples.
+DensityVolume voxelize_density(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
+                               const SupersamplingOptions& supersampling, RunContext& context,
+                               VoxelizeReport* report = nullptr);
 
 }  // namespace voxcarve

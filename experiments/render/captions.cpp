@@ -13,6 +13,7 @@
 
 #include "common/run/errors.h"
 #include "common/run/text.h"
+#include "experiments/render/render.h"
 
 namespace voxcarve {
 
@@ -138,6 +139,10 @@ void crop(TextMask& mask, int width, int height) {
 }
 
 }  // namespace
+
+bool captions_available() {
+  return true;
+}
 
 CaptionBand set_captions(const std::vector<std::string>& captions, int panel_width, int panel_height) {
   const int width_limit = std::max(1, static_cast<int>(panel_width * kWidthShare));

@@ -22,7 +22,7 @@ struct CaptionBand {
 
 /// Sets captions (UTF-8; what is not becomes '?') centred, wrapped at spaces. The size follows from the panel's and
 /// shrinks until every line fits the width and the tallest caption a third of the height; what does not even fit then
-/// is cut off.
+/// is cut off. A build without VTK gives an empty band without masks.
 CaptionBand set_captions(const std::vector<std::string>& captions, int panel_width, int panel_height);
 
 }  // namespace voxcarve

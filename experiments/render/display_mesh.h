@@ -7,13 +7,9 @@
 #include <vector>
 
 #include "common/mesh/triangle_soup.h"
+#include "experiments/render/color.h"
 
 namespace voxcarve {
-
-using Rgb8 = std::array<std::uint8_t, 3>;
-
-/// Warm grey: the colour of a shape that has none.
-inline constexpr Rgb8 kNeutralColor = {215, 207, 194};
 
 /// Maps model coordinates to about [-1, 1] in double, whatever their magnitude and offset.
 struct UnitFrame {

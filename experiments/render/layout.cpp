@@ -14,6 +14,7 @@ namespace voxcarve {
 namespace {
 
 constexpr int kLongestSingleRow = 4;
+constexpr std::int64_t kMaxVoxelsAside = 65536;              ///< ray positions are 32 bits with 15 after the point
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 29;  ///< three corners each, numbered in 32 bits with a sign
 
 void check_range(const char* name, double value, double least, double greatest) {
@@ -34,6 +35,44 @@ void check_options(const RenderOptions& options) {
   }
 }
 
+void check_content(const TriangleSoup& soup, const std::string& name) {
+  if (soup.empty()) return;
+  validate(soup, name);
+  if (soup.triangles.size() > kMaxTriangles) {
+    throw ResourceError(name + " has more than " + std::to_string(kMaxTriangles) + " triangles; reduce it first");
+  }
+}
+
+template <class T>
+void check_grid(const Grid<T>& grid, const std::string& name) {
+  const Index3& dims = grid.frame.dims;
+  if (grid.values.empty() || (dims.array() < 1).any()) throw InputError(name + " has no voxel");
+  if ((dims.array() > kMaxVoxelsAside).any()) {
+    throw ResourceError(name + " has more than " + std::to_string(kMaxVoxelsAside) + " voxels a side");
+  }
+  if (static_cast<std::int64_t>(grid.values.size()) != dims.prod())
+    throw InputError(name + ": its values do not fill its grid");
+}
+
+void check_content(const BinaryVolume& volume, const std::string& name) {
+  check_grid(volume, name);
+}
+
+void check_content(const ScalarVolume& volume, const std::string& name) {
+  check_grid(volume.grid, name);
+  if (!std::isfinite(volume.iso_value) ||
+      !std::ranges::all_of(volume.grid.values, [](float value) { return std::isfinite(value); })) {
+    throw InputError(name + " holds a value that is not finite");
+  }
+}
+
+void check_content(const SlicePicture& slice, const std::string& name) {
+  if (slice.width < 1 || slice.height < 1) throw InputError(name + " has no voxel");
+  const auto voxels = static_cast<std::size_t>(slice.width * slice.height);
+  if (slice.colors.size() != voxels || (!slice.above_iso.empty() && slice.above_iso.size() != voxels))
+    throw InputError(name + ": its colours do not fill its slice");
+}
+
 }  // namespace
 
 void check_render_arguments(const std::vector<RenderItem>& items, const RenderOptions& options) {
@@ -48,12 +87,8 @@ void check_render_arguments(const std::vector<RenderItem>& items, const RenderOp
                          " pixels, more than " + std::to_string(kMaxPicturePixels) + "; use smaller panels");
   }
   for (std::size_t i = 0; i < items.size(); ++i) {
-    if (items[i].shape.empty()) continue;
     const std::string name = "shape " + std::to_string(i + 1) + " of the picture";
-    validate(items[i].shape, name);
-    if (items[i].shape.triangles.size() > kMaxTriangles) {
-      throw ResourceError(name + " has more than " + std::to_string(kMaxTriangles) + " triangles; reduce it first");
-    }
+    std::visit([&name](const auto& content) { check_content(content, name); }, items[i].content);
   }
 }
 

@@ -1,7 +1,7 @@
-// The functions of render.h in a build without VTK or EGL.
+// What a build without VTK or EGL has in place of scenes and captions.
 #include "common/run/errors.h"
-#include "experiments/render/layout.h"
-#include "experiments/render/render.h"
+#include "experiments/render/captions.h"
+#include "experiments/render/scene_painter.h"
 
 namespace voxcarve {
 
@@ -9,13 +9,23 @@ bool rendering_available() {
   return false;
 }
 
-RenderedImage render_image(const std::vector<RenderItem>& items, const RenderOptions& options) {
-  check_render_arguments(items, options);
-  throw ResourceError("this build has no rendering: install the rendering packages (./dev setup) and build again");
+bool captions_available() {
+  return false;
 }
 
-void render_meshes(const std::vector<RenderItem>& items, const RenderOptions& options, const std::filesystem::path&) {
-  render_image(items, options);
+CaptionBand set_captions(const std::vector<std::string>&, int, int) {
+  return {};
+}
+
+class ScenePainter::Impl {};
+
+ScenePainter::ScenePainter(const std::vector<RenderItem>&, const RenderOptions&, int, int) {
+  throw ResourceError("this build has no rendering: install the rendering packages (./dev setup) and build again");
+}
+ScenePainter::~ScenePainter() = default;
+
+std::vector<unsigned char> ScenePainter::paint(const RenderContent&) {
+  return {};
 }
 
 }  // namespace voxcarve

@@ -1,12 +1,12 @@
-// The scene of a picture, drawn with VTK one panel at a time and put together here.
+// The scene of a panel, drawn with VTK.
 #include <vtkActor.h>
+#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
 #include <vtkFloatArray.h>
-#include <vtkImageData.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
-#include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -17,39 +17,33 @@
 #include <vtkShaderProperty.h>
 #include <vtkTypeInt32Array.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkVolume.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <mutex>
 #include <numbers>
-#include <string>
+#include <optional>
 
-#include "common/run/atomic_file.h"
 #include "common/run/errors.h"
 #include "experiments/render/camera.h"
-#include "experiments/render/captions.h"
 #include "experiments/render/display_mesh.h"
-#include "experiments/render/layout.h"
 #include "experiments/render/offscreen_window.h"
-#include "experiments/render/render.h"
+#include "experiments/render/scene_painter.h"
+#include "experiments/render/volume_actor.h"
 
 namespace voxcarve {
 
 namespace {
 
-constexpr int kSupersampling = 2;      ///< drawn at so many times the size, then averaged
-constexpr double kViewAngle = 24;      ///< degrees, vertical: little perspective
+constexpr int kSupersampling = 2;  ///< drawn at so many times the size, then averaged
+constexpr double kViewAngle = 24;  ///< degrees, vertical: little perspective
+constexpr Rgb8 kDarkLine = {20, 20, 26};
+constexpr Rgb8 kLightLine = {200, 200, 206};
+constexpr int kDarkSurface = 64;       ///< luminance, of 255, below which lines are light
 constexpr double kFilledShare = 0.92;  ///< of the panel's width or height, by the shape
-constexpr unsigned char kSeparator = 208;
-constexpr double kSeparatorShare = 1.0 / 400;  ///< of the panel's shorter side
-constexpr unsigned char kInk = 24;
-
-/// VTK and GLEW keep process-wide state.
-std::mutex& render_mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
 
 /// Copies triples of numbers into a VTK array.
 template <typename Array, typename Triple>
@@ -135,38 +129,62 @@ vtkNew<vtkActor> make_surface(const DisplayMesh& mesh, vtkPoints* points) {
   return actor;
 }
 
+/// Dark lines, and light ones where the surface is dark. Colours are those of the edges' ends.
+vtkNew<vtkUnsignedCharArray> make_edge_colors(const DisplayMesh& mesh) {
+  std::vector<Rgb8> colors;
+  for (const auto& [a, b] : mesh.edges) {
+    int luminance = 0;  // ITU-R BT.601, in thousandths, of both ends
+    for (const std::uint32_t end : {a, b}) {
+      const Rgb8& color = mesh.colors[end];
+      luminance += 299 * color[0] + 587 * color[1] + 114 * color[2];
+    }
+    colors.push_back(luminance < 2000 * kDarkSurface ? kLightLine : kDarkLine);
+  }
+  vtkNew<vtkUnsignedCharArray> array;
+  fill(*array, colors);
+  return array;
+}
+
 vtkNew<vtkActor> make_edges(const DisplayMesh& mesh, vtkPoints* points, double opacity) {
   const vtkNew<vtkPolyData> data;
   data->SetPoints(points);
   data->SetLines(make_cells(mesh.edges));
+  data->GetCellData()->SetScalars(make_edge_colors(mesh));
   const vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(data);
+  mapper->SetColorModeToDirectScalars();
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
   vtkProperty& look = *actor->GetProperty();
   look.LightingOff();
-  look.SetColor(0.08, 0.08, 0.10);
   look.SetOpacity(opacity);
   look.SetLineWidth(kSupersampling);
   return actor;
 }
 
 /// A lamp that moves with the camera: `x` to the right of it, `y` above, `z` before the scene.
-void add_lamp(vtkRenderer& renderer, double x, double y, double z, double intensity) {
+/// Ambient light is a matter of surfaces for meshes, and of lamps too for the ray caster: `ambient` is what it is
+/// there.
+void add_lamp(vtkRenderer& renderer, double x, double y, double z, double intensity, double ambient) {
   const vtkNew<vtkLight> lamp;
   lamp->SetLightTypeToCameraLight();
   lamp->SetPosition(x, y, z);
   lamp->SetFocalPoint(0, 0, 0);
   lamp->SetIntensity(intensity);
+  lamp->SetAmbientColor(ambient, ambient, ambient);
   renderer.AddLight(lamp);
 }
 
-void aim(vtkCamera& camera, const FittedCamera& fitted, const ViewFrame& view) {
+/// `aspect`: width over height. The ray caster takes the renderer's, which VTK 9.1 now and then leaves at 1; the
+/// camera's own takes precedence everywhere.
+void aim(vtkCamera& camera, const FittedCamera& fitted, const ViewFrame& view, double aspect) {
   const Eigen::Vector3d focus = fitted.position - view.back;
   camera.SetPosition(fitted.position.data());
   camera.SetFocalPoint(focus.data());
   camera.SetViewUp(view.up.data());
   camera.SetViewAngle(kViewAngle);
+  camera.UseExplicitAspectRatioOn();
+  camera.SetExplicitAspectRatio(aspect);
   camera.SetClippingRange(0.99 * fitted.nearest, 1.01 * fitted.farthest);
 }
 
@@ -181,64 +199,91 @@ double edge_opacity(const DisplayMesh& mesh, const FittedCamera& camera, int hei
   return std::clamp(pixels / 12, 0.12, 0.85);
 }
 
-/// Draws shapes one after the other into the upper part of a panel.
-class PanelPainter {
+/// Calls visit(point) with points whose convex hull holds what will be drawn.
+template <class Visit>
+void for_each_point(const RenderContent& content, const Visit& visit) {
+  if (const auto* soup = std::get_if<TriangleSoup>(&content)) {
+    for (const Triangle& triangle : soup->triangles) {
+      for (const std::uint32_t vertex : triangle) visit(soup->positions[vertex]);
+    }
+  } else if (const auto* binary = std::get_if<BinaryVolume>(&content)) {
+    for (const Point& point : interior_hull(*binary)) visit(point);
+  } else if (const auto* scalar = std::get_if<ScalarVolume>(&content)) {
+    for (const Point& point : interior_hull(*scalar)) visit(point);
+  }
+}
+
+/// The part of the model that a picture shows, and the camera that holds it.
+struct View {
+  UnitFrame frame;
+  FittedCamera camera;
+};
+
+}  // namespace
+
+class ScenePainter::Impl {
  public:
-  PanelPainter(const std::vector<RenderItem>& items, const RenderOptions& options, int width, int height)
+  Impl(const std::vector<RenderItem>& items, const RenderOptions& options, int width, int height)
       : options_(options),
-        view_(ViewFrame::from_angles(options.azimuth, options.elevation, options.up_axis)),
+        direction_(ViewFrame::from_angles(options.azimuth, options.elevation, options.up_axis)),
         width_(width),
         height_(height),
         window_(kSupersampling * width, kSupersampling * height) {
+    const vtkNew<vtkCallbackCommand> stop;
+    stop->SetClientData(const_cast<std::stop_token*>(&options.cancellation));
+    stop->SetCallback([](vtkObject* window, unsigned long, void* token, void*) {
+      if (static_cast<const std::stop_token*>(token)->stop_requested())
+        static_cast<vtkRenderWindow*>(window)->SetAbortRender(1);
+    });
+    window_.window().AddObserver(vtkCommand::AbortCheckEvent, stop);
     if (!options.common_camera) return;
-    Box box;
-    for (const RenderItem& item : items) box.extend(bounds(item.shape));
-    common_frame_ = UnitFrame::of(box);
-    CameraFitter fitter = make_fitter();
-    for (const RenderItem& item : items) add_points(fitter, item.shape, common_frame_);
-    common_camera_ = fitter.fit();
+    std::vector<const RenderContent*> contents;
+    for (const RenderItem& item : items) contents.push_back(&item.content);
+    common_view_ = view_of(contents);
   }
 
-  /// RGB of width x height, rows from bottom to top.
-  std::vector<unsigned char> paint(const TriangleSoup& shape) {
+  std::vector<unsigned char> paint(const RenderContent& content) {
     const vtkNew<vtkRenderer> renderer;
     renderer->SetBackground(1, 1, 1);
     renderer->AutomaticLightCreationOff();
-    add_lamp(*renderer, -0.40, 0.60, 1, 0.93);   // key
-    add_lamp(*renderer, 0.90, 0.00, 0.7, 0.35);  // fill
-    if (!shape.empty()) add_shape(*renderer, shape);
+    add_lamp(*renderer, -0.40, 0.60, 1, 0.93, 1);   // key
+    add_lamp(*renderer, 0.90, 0.00, 0.7, 0.35, 0);  // fill
+    const View view = options_.common_camera ? common_view_ : view_of({&content});
+    DisplayVolume volume;  // outlives its actor
+    if (const auto* soup = std::get_if<TriangleSoup>(&content)) {
+      if (!soup->empty()) add_mesh(*renderer, *soup, view);
+    } else if (const auto* binary = std::get_if<BinaryVolume>(&content)) {
+      volume = make_display_volume(*binary, view.frame);
+    } else if (const auto* scalar = std::get_if<ScalarVolume>(&content)) {
+      volume = make_display_volume(*scalar, view.frame);
+    }
+    if (!volume.samples.empty()) add_volume(*renderer, volume);
+    aim(*renderer->GetActiveCamera(), view.camera, direction_, static_cast<double>(width_) / height_);
     window_.window().AddRenderer(renderer);
     const std::vector<unsigned char> pixels = window_.draw();
     window_.window().RemoveRenderer(renderer);
+    if (options_.cancellation.stop_requested()) throw Cancelled();
     return average(pixels);
   }
 
  private:
-  CameraFitter make_fitter() const {
+  View view_of(const std::vector<const RenderContent*>& contents) const {
+    Box box;
+    for (const RenderContent* content : contents)
+      for_each_point(*content, [&box](const Point& point) { box.extend(point); });
+    const UnitFrame frame = UnitFrame::of(box);
     const double tangent = kFilledShare * std::tan(kViewAngle / 2 * std::numbers::pi / 180);
-    return {view_, tangent * width_ / height_, tangent};
+    CameraFitter fitter(direction_, tangent * width_ / height_, tangent);
+    for (const RenderContent* content : contents)
+      for_each_point(*content, [&](const Point& point) { fitter.add(frame.to_unit(point)); });
+    return {frame, fitter.fit()};
   }
 
-  static void add_points(CameraFitter& fitter, const TriangleSoup& shape, const UnitFrame& frame) {
-    for (const Triangle& triangle : shape.triangles) {
-      for (const std::uint32_t vertex : triangle) fitter.add(frame.to_unit(shape.positions[vertex]));
-    }
-  }
-
-  void add_shape(vtkRenderer& renderer, const TriangleSoup& shape) const {
-    UnitFrame frame = common_frame_;
-    FittedCamera camera = common_camera_;
-    if (!options_.common_camera) {
-      frame = UnitFrame::of(bounds(shape));
-      CameraFitter fitter = make_fitter();
-      add_points(fitter, shape, frame);
-      camera = fitter.fit();
-    }
-    const DisplayMesh mesh = make_display_mesh(shape, frame, options_.crease_angle, options_.wireframe);
+  void add_mesh(vtkRenderer& renderer, const TriangleSoup& soup, const View& view) const {
+    const DisplayMesh mesh = make_display_mesh(soup, view.frame, options_.crease_angle, options_.wireframe);
     const vtkNew<vtkPoints> points = make_points(mesh);
     renderer.AddActor(make_surface(mesh, points));
-    if (options_.wireframe) renderer.AddActor(make_edges(mesh, points, edge_opacity(mesh, camera, height_)));
-    aim(*renderer.GetActiveCamera(), camera, view_);
+    if (options_.wireframe) renderer.AddActor(make_edges(mesh, points, edge_opacity(mesh, view.camera, height_)));
   }
 
   std::vector<unsigned char> average(const std::vector<unsigned char>& pixels) const {
@@ -246,7 +291,7 @@ class PanelPainter {
     const auto width = static_cast<std::size_t>(width_);
     const auto height = static_cast<std::size_t>(height_);
     std::vector<unsigned char> averaged(3 * width * height);
-    for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t y = 0; y < height; ++y) {  // from the bottom, as OpenGL counts
       for (std::size_t i = 0; i < 3 * width; ++i) {
         unsigned sum = kSamples / 2;
         for (std::size_t sample = 0; sample < kSamples; ++sample) {
@@ -254,97 +299,26 @@ class PanelPainter {
           const std::size_t column = kSupersampling * (i / 3) + sample % kSupersampling;
           sum += pixels[3 * (row * kSupersampling * width + column) + i % 3];
         }
-        averaged[3 * width * y + i] = static_cast<unsigned char>(sum / kSamples);
+        averaged[3 * width * (height - 1 - y) + i] = static_cast<unsigned char>(sum / kSamples);
       }
     }
     return averaged;
   }
 
   const RenderOptions& options_;
-  ViewFrame view_;
+  ViewFrame direction_;
   int width_, height_;
   OffscreenWindow window_;
-  UnitFrame common_frame_;
-  FittedCamera common_camera_;
+  View common_view_;
 };
 
-/// Puts panels, captions and separators together.
-class Canvas {
- public:
-  Canvas(const RenderOptions& options, const PanelGrid& grid)
-      : panel_width_(options.panel_width), panel_height_(options.panel_height), grid_(grid) {
-    image_.width = grid.columns * panel_width_;
-    image_.height = grid.rows * panel_height_;
-    image_.rgb.assign(3 * static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height), 255);
-  }
+ScenePainter::ScenePainter(const std::vector<RenderItem>& items, const RenderOptions& options, int width, int height)
+    : impl_(std::make_unique<Impl>(items, options, width, height)) {}
+ScenePainter::~ScenePainter() = default;
 
-  /// `pixels` as PanelPainter gives them, `height` rows; goes to the top of the panel.
-  void place_scene(int panel, const std::vector<unsigned char>& pixels, int height) {
-    const std::ptrdiff_t row_size = 3 * static_cast<std::ptrdiff_t>(panel_width_);
-    for (int y = 0; y < height; ++y) {
-      std::copy_n(pixels.begin() + (height - 1 - y) * row_size, row_size, pixel(left(panel), top(panel) + y));
-    }
-  }
-
-  /// Centres text in the band below the scene.
-  void place_caption(int panel, const CaptionBand& band) {
-    const TextMask& text = band.masks[static_cast<std::size_t>(panel)];
-    const int x0 = left(panel) + (panel_width_ - text.width) / 2;
-    const int y0 = top(panel) + panel_height_ - band.height + band.padding;
-    for (int y = 0; y < text.height; ++y) {
-      for (int x = 0; x < text.width; ++x) {
-        const int ink =
-            text.ink[static_cast<std::size_t>(y) * static_cast<std::size_t>(text.width) + static_cast<std::size_t>(x)];
-        std::fill_n(pixel(x0 + x, y0 + y), 3, static_cast<unsigned char>(255 - ink * (255 - kInk) / 255));
-      }
-    }
-  }
-
-  RenderedImage finish() {
-    const int thickness = std::max(1, static_cast<int>(std::min(panel_width_, panel_height_) * kSeparatorShare));
-    for (int column = 1; column < grid_.columns; ++column) {
-      draw_separator(column * panel_width_ - thickness / 2, 0, thickness, image_.height);
-    }
-    for (int row = 1; row < grid_.rows; ++row) {
-      draw_separator(0, row * panel_height_ - thickness / 2, image_.width, thickness);
-    }
-    return std::move(image_);
-  }
-
- private:
-  int left(int panel) const { return panel % grid_.columns * panel_width_; }
-  int top(int panel) const { return panel / grid_.columns * panel_height_; }
-  std::vector<unsigned char>::iterator pixel(int x, int y) {
-    return image_.rgb.begin() + 3 * (static_cast<std::ptrdiff_t>(y) * image_.width + x);
-  }
-  void draw_separator(int x, int y, int width, int height) {
-    for (int row = 0; row < height; ++row) std::fill_n(pixel(x, y + row), 3 * width, kSeparator);
-  }
-
-  int panel_width_, panel_height_;
-  PanelGrid grid_;
-  RenderedImage image_;
-};
-
-std::string encode_png(const RenderedImage& image) {
-  const vtkNew<vtkImageData> data;
-  data->SetDimensions(image.width, image.height, 1);
-  data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  const std::ptrdiff_t row_size = 3 * static_cast<std::ptrdiff_t>(image.width);
-  for (int y = 0; y < image.height; ++y) {  // VTK counts rows from the bottom
-    std::copy_n(image.rgb.begin() + (image.height - 1 - y) * row_size, row_size,
-                static_cast<unsigned char*>(data->GetScalarPointer(0, y, 0)));
-  }
-  const vtkNew<vtkPNGWriter> writer;
-  writer->WriteToMemoryOn();
-  writer->SetInputData(data);
-  writer->Write();
-  vtkUnsignedCharArray* bytes = writer->GetResult();
-  if (bytes == nullptr) throw ResourceError("cannot render: the picture could not be encoded as PNG");
-  return {bytes->Begin(), bytes->End()};
+std::vector<unsigned char> ScenePainter::paint(const RenderContent& content) {
+  return impl_->paint(content);
 }
-
-}  // namespace
 
 bool rendering_available() {
   static const bool available = [] {
@@ -357,28 +331,6 @@ bool rendering_available() {
     }
   }();
   return available;
-}
-
-RenderedImage render_image(const std::vector<RenderItem>& items, const RenderOptions& options) {
-  check_render_arguments(items, options);
-  const std::scoped_lock lock(render_mutex());
-  std::vector<std::string> captions;
-  for (const RenderItem& item : items) captions.push_back(item.caption);
-  const CaptionBand band = set_captions(captions, options.panel_width, options.panel_height);
-  const int scene_height = options.panel_height - band.height;
-
-  Canvas canvas(options, PanelGrid::of(items.size(), options.columns));
-  PanelPainter painter(items, options, options.panel_width, scene_height);
-  for (int panel = 0; panel < static_cast<int>(items.size()); ++panel) {
-    canvas.place_scene(panel, painter.paint(items[static_cast<std::size_t>(panel)].shape), scene_height);
-    canvas.place_caption(panel, band);
-  }
-  return canvas.finish();
-}
-
-void render_meshes(const std::vector<RenderItem>& items, const RenderOptions& options,
-                   const std::filesystem::path& png) {
-  write_file_atomically(png, encode_png(render_image(items, options)));
 }
 
 }  // namespace voxcarve

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "common/mesh/reduction.h"
+#include "common/mesh/reduction_parameters.h"
 #include "common/model_source.h"
 #include "common/run/errors.h"
 #include "methods/baselines/baselines.h"
@@ -99,10 +99,8 @@ class AlphaWrap final : public Method {
     TriangleSoup surface =
         wrap(reference_surface(model, context), parameters.real("alpha"), parameters.real("offset"), context);
     if (surface.empty()) throw MethodFailure("alpha-wrap left nothing of " + model.name);
-    const std::int64_t triangles = parameters.integer("triangles");
-    if (triangles > 0) surface = reduce_openmesh(surface, triangles, context);
     MethodResult result;
-    result.levels = make_levels({std::move(surface)});
+    result.levels = make_levels({reduce(std::move(surface), parameters, context)});
     return result;
   }
 
@@ -115,9 +113,9 @@ class AlphaWrap final : public Method {
     info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
     info.parameters.specs = {
         ParameterSpec::real("alpha", "diag", 0.001, 1, 0.02, "openings smaller than this are not entered"),
-        ParameterSpec::real("offset", "diag", 0.0001, 0.5, 0.001, "distance of the wrap from the input"),
-        ParameterSpec::integer("triangles", "triangles", 0, std::int64_t{1} << 32, 0,
-                               "reduce the wrap to at most this many triangles; 0 leaves it")};
+        ParameterSpec::real("offset", "diag", 0.0001, 0.5, 0.001, "distance of the wrap from the input")};
+    std::ranges::move(reduction_parameters(0, 0, "reduce the wrap to at most this many triangles; 0 leaves it"),
+                      std::back_inserter(info.parameters.specs));
     info.closed_manifold = true;
     info.baseline = true;
     return info;

@@ -1,5 +1,5 @@
-// Based on [GH97], edges only, through OpenMesh; a soup that is no manifold is cut to one first.
-#include "common/mesh/reduction.h"
+// Based on [GH97], edges only; a soup that is no manifold is cut to one first.
+#include "common/mesh/reduction_parameters.h"
 #include "common/model_source.h"
 #include "methods/baselines/baselines.h"
 
@@ -16,7 +16,7 @@ class QSlim final : public Method {
     // Files without shared vertices would fall apart into triangles that nothing can be collapsed in.
     const TriangleSoup welded = merge_equal_positions(reference_surface(model, context));
     MethodResult result;
-    result.levels = make_levels({reduce_openmesh(welded, parameters.integer("triangles"), context)});
+    result.levels = make_levels({reduce(welded, parameters, context)});
     return result;
   }
 
@@ -27,8 +27,7 @@ class QSlim final : public Method {
     info.summary = "quadric edge collapse alone, which keeps the topology";
     info.citation = "GH97";
     info.accepts = {ModelKind::kSoup, ModelKind::kScalarVolume, ModelKind::kBinaryVolume};
-    info.parameters.specs = {ParameterSpec::integer("triangles", "triangles", 4, std::int64_t{1} << 32, 1000,
-                                                    "collapse edges until at most this many triangles are left")};
+    info.parameters.specs = reduction_parameters(4, 1000, "collapse edges until at most this many triangles are left");
     info.baseline = true;
     return info;
   }

@@ -121,6 +121,7 @@ TEST(CubeCases, UseExactlyTheCrossedEdges) {
     for (std::size_t edge = 0; edge < 12; ++edge) {
       const bool crossed = (mask >> kEdgeCorners[edge][0] & 1U) != (mask >> kEdgeCorners[edge][1] & 1U);
       EXPECT_EQ(used[edge], crossed) << mask;
+      EXPECT_EQ((cube_cases()[mask].crossed_edges >> edge & 1U) != 0, crossed) << mask;
     }
   }
 }
@@ -134,7 +135,9 @@ TEST(Isosurface, AsksForItsMemoryBeforeItMakesTheSurface) {
   RunContext context;
   context.memory_budget = 13500 * 240;
   EXPECT_THROW(isosurface(checkerboard, context), ResourceError);
-  context.memory_budget += 32 * 32 * 22;  // the slices that it sweeps with
+  // The rows of samples, with one layer around the grid shared by the slices along y: 64 samples a word of 8 bytes, and
+  // 24 bytes of counts.
+  context.memory_budget += (31 * 32 + 1) * (8 + 24);
   EXPECT_EQ(isosurface(checkerboard, context).triangles.size(), 13500U * 8);
   EXPECT_EQ(context.timings().back().bytes, context.memory_budget);
 }

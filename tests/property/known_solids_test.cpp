@@ -16,8 +16,10 @@ namespace {
 using test::inside_out;
 using test::joined;
 
+/// Repaired from one sample a voxel: the volumes below are those of whole voxels.
 TriangleSoup repaired(const TriangleSoup& soup, std::vector<std::string> settings) {
   const Method& method = find_method("nooruddin-turk");
+  settings.insert(settings.end(), {"supersampling=1", "kernel=box", "smoothing=0"});
   RunContext context;
   const MethodResult result =
       method.run({"solid", soup}, Parameters::parse(method.info().parameters, settings, ""), context);

@@ -18,8 +18,10 @@
 namespace voxcarve {
 namespace {
 
-MethodResult run(const TriangleSoup& soup, const std::vector<std::string>& settings) {
+/// From one sample a voxel, unless `settings` say otherwise.
+MethodResult run(const TriangleSoup& soup, std::vector<std::string> settings) {
   const Method& method = find_method("nooruddin-turk");
+  settings.insert(settings.begin(), {"supersampling=1", "kernel=box"});
   RunContext context;
   context.threads = 2;
   return method.run({"input", soup}, Parameters::parse(method.info().parameters, settings, ""), context);

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "common/run/errors.h"
 #include "common/volume/morphology.h"
 #include "tests/support/shapes.h"
 
@@ -55,6 +56,65 @@ TEST(SquaredDistance, GivesTheSameOnOneThreadAndOnTwo) {
   RunContext two;
   two.threads = 2;
   EXPECT_EQ(squared_distance(volume, 1, one), squared_distance(volume, 1, two));
+}
+
+TEST(SquaredDistance, IsExactOnLinesLongerThanABlockOfColumns) {
+  // Sides around the number of columns that are processed together, and gaps between features of every length.
+  RunContext context;
+  context.threads = 2;
+  for (const Index3& dims : {Index3(15, 40, 3), Index3(16, 3, 40), Index3(17, 33, 2), Index3(33, 2, 31)}) {
+    const BinaryVolume volume = random_volume(dims, 0.3, static_cast<std::uint64_t>(dims[0]));
+    EXPECT_EQ(squared_distance(volume, 1, context), brute_force_distance(volume, 1)) << dims.transpose();
+  }
+}
+
+TEST(NearestFeature, IsAFeatureAtTheExactDistance) {
+  RunContext context;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const Index3 dims(1 + static_cast<std::int64_t>(seed * 7 % 19), 1 + static_cast<std::int64_t>(seed * 5 % 11),
+                      1 + static_cast<std::int64_t>(seed * 3 % 9));
+    const double fill = seed % 3 == 0 ? 0.01 : seed % 3 == 1 ? 0.1 : 0.6;
+    const BinaryVolume volume = random_volume(dims, fill, seed);
+    const Grid<std::int32_t> distance = brute_force_distance(volume, 1);
+    const Grid<std::uint32_t> nearest = nearest_feature(volume, 1, context);
+    for (std::int64_t k = 0; k < dims[2]; ++k) {
+      for (std::int64_t j = 0; j < dims[1]; ++j) {
+        for (std::int64_t i = 0; i < dims[0]; ++i) {
+          const std::uint32_t index = nearest(i, j, k);
+          if (distance(i, j, k) == kInfiniteDistance) {
+            ASSERT_EQ(index, kNoFeature);
+            continue;
+          }
+          ASSERT_LT(index, volume.values.size());
+          ASSERT_EQ(volume.values[index], 1);
+          const Index3 found(index % dims[0], index / dims[0] % dims[1], index / (dims[0] * dims[1]));
+          ASSERT_EQ((found - Index3(i, j, k)).squaredNorm(), distance(i, j, k)) << "seed " << seed;
+        }
+      }
+    }
+  }
+}
+
+TEST(NearestFeature, TakesTheSameOfEquallyNearOnesOnOneThreadAndOnTwo) {
+  const BinaryVolume volume = random_volume({40, 31, 23}, 0.02, 5);
+  RunContext one;
+  RunContext two;
+  two.threads = 2;
+  EXPECT_EQ(nearest_feature(volume, 1, one), nearest_feature(volume, 1, two));
+  // Of two at the ends of an odd line, the middle takes the first.
+  BinaryVolume line(frame_of({1, 5, 1}));
+  line(0, 0, 0) = line(0, 4, 0) = 1;
+  EXPECT_EQ(nearest_feature(line, 1, one).values, (GridValues<std::uint32_t>{0, 0, 0, 4, 4}));
+}
+
+TEST(SquaredDistance, DeclaresItsMemoryBeforeItAllocates) {
+  RunContext context;
+  context.memory_budget = 1000;
+  const BinaryVolume volume(frame_of({10, 10, 10}));
+  EXPECT_THROW(squared_distance(volume, 1, context), ResourceError);
+  EXPECT_THROW(squared_distance_4sed(volume, 1, context), ResourceError);
+  EXPECT_THROW(nearest_feature(volume, 1, context), ResourceError);
+  EXPECT_THROW(close(volume, 1, context), ResourceError);
 }
 
 /// Voxels of the ball {|x| <= r} about the origin, by counting.

@@ -63,6 +63,19 @@ TEST(RenderArguments, RefusesAShapeThatMakesNoSense) {
   EXPECT_THROW(render_image({{triangle(), ""}, {bad, ""}}, {}), InputError);
 }
 
+TEST(RenderArguments, RefusesVolumesThatMakeNoSense) {
+  const GridFrame frame{{2, 2, 2}, Point::Zero(), 1};
+  EXPECT_THROW(render_image({{BinaryVolume{}, ""}}, {}), InputError);
+  EXPECT_THROW(render_image({{ScalarVolume{}, ""}}, {}), InputError);
+  BinaryVolume unfilled(frame);
+  unfilled.values.pop_back();
+  EXPECT_THROW(render_image({{unfilled, ""}}, {}), InputError);
+  ScalarVolume infinite{Grid<float>(frame), 0.5F};
+  EXPECT_NO_THROW(check_render_arguments({{infinite, ""}}, {}));
+  infinite.grid.values[3] = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(render_image({{infinite, ""}}, {}), InputError);
+}
+
 TEST(PanelGrid, ChoosesColumnsAndRows) {
   const auto shape = [](std::size_t items, int columns) {
     const PanelGrid grid = PanelGrid::of(items, columns);

@@ -144,15 +144,17 @@ TEST(Voxelize, NestedShellsKeepTheirCavityByParityAndLoseItByStabbing) {
   EXPECT_EQ(count_interior(voxelize_with(shells, frame_of({10, 10, 10}), Classifier::kStabbing, 3)), 512);
 }
 
+/// The box without the triangles whose corners all have coordinate `value` along `axis`.
+TriangleSoup without_face(TriangleSoup soup, int axis, double value) {
+  std::erase_if(soup.triangles, [&](const Triangle& t) {
+    return std::ranges::all_of(t, [&](std::uint32_t vertex) { return soup.positions[vertex][axis] == value; });
+  });
+  return soup;
+}
+
 TEST(Voxelize, InvalidColumnsDoNotVote) {
   // A cube without its top (y = 6): along y all 4 x 4 columns through it cross once and do not vote; x and z are whole.
-  TriangleSoup open_cube;
-  const TriangleSoup cube = box(Point::Constant(2), Point::Constant(6));
-  open_cube.positions = cube.positions;
-  for (const Triangle& t : cube.triangles) {
-    const bool top = cube.positions[t[0]][1] == 6 && cube.positions[t[1]][1] == 6 && cube.positions[t[2]][1] == 6;
-    if (!top) open_cube.triangles.push_back(t);
-  }
+  const TriangleSoup open_cube = without_face(box(Point::Constant(2), Point::Constant(6)), 1, 6);
   ASSERT_EQ(open_cube.triangles.size(), 10U);
   RunContext context;
   VoxelizeReport report;
@@ -164,12 +166,24 @@ TEST(Voxelize, InvalidColumnsDoNotVote) {
   EXPECT_EQ(count_interior(voxelize(open_cube, frame_of({8, 8, 8}), {.directions = 3}, context)), 64);
 }
 
-/// The box without the triangles whose corners all have coordinate `value` along `axis`.
-TriangleSoup without_face(TriangleSoup soup, int axis, double value) {
-  std::erase_if(soup.triangles, [&](const Triangle& t) {
-    return std::ranges::all_of(t, [&](std::uint32_t vertex) { return soup.positions[vertex][axis] == value; });
-  });
-  return soup;
+TEST(Voxelize, StabbingWithValidityLetsOddRaysAbstain) {
+  // The same open cube. Along y each ray through it meets the bottom alone: first and last crossing are one, nothing
+  // lies between them, and the solid is lost. With the validity test these rays do not vote, and those along x and z
+  // keep all 64 voxels; with y alone nobody votes, and all is exterior.
+  const TriangleSoup open_cube = without_face(box(Point::Constant(2), Point::Constant(6)), 1, 6);
+  RunContext context;
+  VoxelizeReport report;
+  VoxelizeOptions options{.classifier = Classifier::kStabbing, .directions = 3};
+  EXPECT_EQ(count_interior(voxelize(open_cube, frame_of({8, 8, 8}), options, context, &report)), 0);
+  EXPECT_EQ(report.axes[1].invalid_columns, 0);
+  options.stab_validity = true;
+  report = {};
+  EXPECT_EQ(count_interior(voxelize(open_cube, frame_of({8, 8, 8}), options, context, &report)), 64);
+  EXPECT_EQ(report.axes[1].columns, 16);
+  EXPECT_EQ(report.axes[1].invalid_columns, 16);
+  EXPECT_EQ(report.axes[0].invalid_columns, 0);
+  options.directions = 1;
+  EXPECT_EQ(count_interior(voxelize(open_cube, frame_of({8, 8, 8}), options, context)), 0);
 }
 
 TEST(Voxelize, ASolidWithOneValidVoteSurvives) {
@@ -287,11 +301,11 @@ TEST(Voxelize, TinyHugeAndFarModelsGiveTheSameVolume) {
   const auto volume_of = [](const TriangleSoup& soup) {
     return voxelize_with(soup, voxel_frame(bounds(soup), 32), Classifier::kParity, 13).values;
   };
-  const std::vector<std::uint8_t> expected = volume_of(shape);
+  const GridValues<std::uint8_t> expected = volume_of(shape);
   for (const double scale : {0x1p-40, 0x1p40}) {  // powers of two: not a digit changes
     EXPECT_EQ(volume_of(transformed(shape, Eigen::Affine3d(Eigen::UniformScaling<double>(scale)))), expected);
   }
-  const std::vector<std::uint8_t> far_away =
+  const GridValues<std::uint8_t> far_away =
       volume_of(transformed(shape, Eigen::Affine3d(Eigen::Translation3d(1e9, -1e9, 1e9))));
   ASSERT_EQ(far_away.size(), expected.size());
   // Coordinates of 1e9 keep digits down to 1e-7: only a voxel centre so close to the surface may change.
@@ -321,6 +335,33 @@ TEST(Voxelize, GivesTheSameVolumeOnOneThreadAndOnTwo) {
     EXPECT_EQ(voxelize(shape, frame, {.classifier = classifier, .directions = 13}, one),
               voxelize(shape, frame, {.classifier = classifier, .directions = 13}, two));
   }
+}
+
+TEST(Voxelize, CanBeCancelled) {
+  RunContext context;
+  std::stop_source source;
+  context.cancellation = source.get_token();
+  std::int64_t last = 0;
+  context.progress = [&](const ProgressEvent& event) {
+    EXPECT_GE(event.done, last);
+    last = event.done;
+    if (event.done > 0) source.request_stop();
+  };
+  const TriangleSoup shape = torus(3, 1, 60, 40);
+  EXPECT_THROW(voxelize(shape, voxel_frame(bounds(shape), 64), {}, context), Cancelled);
+  EXPECT_LT(last, 3 * 2 * 60 * 40);
+}
+
+TEST(Voxelize, HoldsAnEighthOfTheResultBesideIt) {
+  // A byte a voxel, a bit a voxel, and for two slabs at work what is left of a fifth.
+  const TriangleSoup shape = torus(3, 1, 60, 40);
+  const GridFrame frame = voxel_frame(bounds(shape), 300);
+  RunContext context;
+  voxelize(shape, frame, {}, context);
+  ASSERT_EQ(context.timings().size(), 1U);
+  const double per_voxel = static_cast<double>(context.timings()[0].bytes) / static_cast<double>(frame.voxels());
+  EXPECT_GT(per_voxel, 1.125);
+  EXPECT_LT(per_voxel, 1.325);
 }
 
 TEST(Voxelize, AsksForItsMemoryBeforeItAllocates) {

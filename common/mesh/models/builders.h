@@ -2,12 +2,17 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 #include "common/mesh/models/procedural.h"
 
 namespace voxcarve {
 
+ProceduralModel blade_model();
 ProceduralModel chair_model();
+/// All "cracked-...": see cracked.h.
+std::vector<ProceduralModel> cracked_models();
+ProceduralModel engine_model();
 ProceduralModel genus_n_model();
 ProceduralModel interpenetrating_figure_model();
 ProceduralModel perforated_box_model();

@@ -113,6 +113,10 @@ TriangleSoup lathe(std::span<const Eigen::Vector2d> profile, int slices) {
   return loft(rings);
 }
 
+TriangleSoup lathe(std::span<const Eigen::Vector2d> profile, int slices, const Point& origin, const Point& direction) {
+  return transformed(lathe(profile, slices), placement(origin, direction));
+}
+
 TriangleSoup box(const Point& lower, const Point& upper) {
   std::array<Ring, 2> rings;
   for (std::size_t end = 0; end < 2; ++end) {
@@ -218,6 +222,41 @@ TriangleSoup swept_tube(std::span<const Point> path, double radius, int sides) {
   return loft(rings);
 }
 
+std::vector<Point> smooth_path(std::span<const Point> controls, int segments) {
+  if (controls.size() < 2) throw InputError("a smooth path needs at least two controls");
+  const auto control = [&](std::size_t i) { return controls[std::min(i, controls.size() - 1)]; };
+  std::vector<Point> path = {controls.front()};
+  for (std::size_t i = 0; i + 1 < controls.size(); ++i) {
+    const Point before = i > 0 ? controls[i - 1] : controls[0];
+    const Point start = control(i);
+    const Point end = control(i + 1);
+    const Point after = control(i + 2);
+    for (int k = 1; k <= segments; ++k) {
+      const double t = static_cast<double>(k) / segments;
+      const Point slope = 0.5 * (end - before);
+      const Point quadratic = before - 2.5 * start + 2 * end - 0.5 * after;
+      const Point cubic = 0.5 * (after - before) + 1.5 * (start - end);
+      path.emplace_back(start + t * (slope + t * (quadratic + t * cubic)));
+    }
+  }
+  return path;
+}
+
+TriangleSoup hourglass(const Point& a, const Point& b, double radius, int sides) {
+  const Point tip = 0.5 * (a + b);
+  const double height = 0.5 * (b - a).norm();
+  const std::array<Eigen::Vector2d, 2> lower = {Eigen::Vector2d(radius, 0), Eigen::Vector2d(0, height)};
+  const std::array<Eigen::Vector2d, 2> upper = {Eigen::Vector2d(0, height), Eigen::Vector2d(radius, 2 * height)};
+  TriangleSoup soup = lathe(lower, sides, a, b - a);
+  const auto lower_tip = static_cast<std::uint32_t>(soup.positions.size() - 1);
+  const auto upper_tip = static_cast<std::uint32_t>(soup.positions.size());
+  append(soup, lathe(upper, sides, a, b - a));
+  for (Triangle& triangle : soup.triangles) std::ranges::replace(triangle, upper_tip, lower_tip);
+  soup.positions[lower_tip] = tip;
+  remove_unused_vertices(soup);
+  return soup;
+}
+
 namespace {
 
 /// Vertices on a lattice, created when first asked for.
@@ -294,6 +333,11 @@ TriangleSoup transformed(TriangleSoup soup, const Eigen::Affine3d& map) {
   if (map.linear().determinant() < 0) {
     for (Triangle& triangle : soup.triangles) std::swap(triangle[1], triangle[2]);
   }
+  return soup;
+}
+
+TriangleSoup as_cavity(TriangleSoup soup) {
+  for (Triangle& triangle : soup.triangles) std::swap(triangle[1], triangle[2]);
   return soup;
 }
 

@@ -33,6 +33,9 @@ TriangleSoup loft(std::span<const Ring> rings, LoftEnds ends = LoftEnds::kCapped
 /// sides whose corners lie on the circle. A radius of 0 at an end is a pole; elsewhere radii are positive.
 TriangleSoup lathe(std::span<const Eigen::Vector2d> profile, int slices);
 
+/// The same about the line through `origin` along `direction`; the profile's z is the distance along it.
+TriangleSoup lathe(std::span<const Eigen::Vector2d> profile, int slices, const Point& origin, const Point& direction);
+
 /// 12 triangles.
 TriangleSoup box(const Point& lower, const Point& upper);
 
@@ -57,6 +60,13 @@ TriangleSoup torus(double major, double minor, int segments, int tube_segments);
 /// intersects itself.
 TriangleSoup swept_tube(std::span<const Point> path, double radius, int sides);
 
+/// A smooth path through `controls` (a Catmull-Rom spline), `segments` pieces between each two of them.
+std::vector<Point> smooth_path(std::span<const Point> controls, int segments);
+
+/// Two round cones, tip to tip in the middle of `a` and `b`, which are the centres of their bases. They share the tip,
+/// a non-manifold vertex. 4 sides - 4 triangles.
+TriangleSoup hourglass(const Point& a, const Point& b, double radius, int sides);
+
 /// The boundary of a union of cubes of edge `cell_size` on a lattice that starts at the origin; each exposed face is
 /// cut into `subdivision`^2 squares of two triangles. `filled(i, j, k)` is asked for 0 <= i, j, k < dims. A 2-manifold
 /// where no two cubes meet in an edge or a vertex alone.
@@ -65,6 +75,9 @@ TriangleSoup block_surface(const std::array<int, 3>& dims, const std::function<b
 
 /// The image of `soup`, turned inside out again where the map mirrors.
 TriangleSoup transformed(TriangleSoup soup, const Eigen::Affine3d& map);
+
+/// The same surface seen from the other side: a solid becomes a cavity.
+TriangleSoup as_cavity(TriangleSoup soup);
 
 /// Gives every triangle the same colour.
 TriangleSoup colored(TriangleSoup soup, const Color& color);

@@ -15,9 +15,11 @@ namespace {
 constexpr double kMaximumTriangles = 20e6;
 
 std::vector<ProceduralModel> all_models() {
-  std::vector<ProceduralModel> models = {chair_model(),          genus_n_model(),     interpenetrating_figure_model(),
-                                         perforated_box_model(), sphereflake_model(), torus_model(),
-                                         two_spheres_model()};
+  std::vector<ProceduralModel> models = cracked_models();
+  for (const auto& model : {blade_model, chair_model, engine_model, genus_n_model, interpenetrating_figure_model,
+                            perforated_box_model, sphereflake_model, torus_model, two_spheres_model}) {
+    models.push_back(model());
+  }
   std::ranges::sort(models, {}, [](const ProceduralModel& model) { return model.info.name; });
   return models;
 }

@@ -1,0 +1,109 @@
+// The loop of the quadric reduction: which edge collapses next, and onto which point.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "common/mesh/corner_table.h"
+#include "common/mesh/cost_buckets.h"
+#include "common/mesh/quadric.h"
+
+namespace voxcarve {
+
+/// What a collapse does, for whoever watches; positions in the units of the mesh.
+template <int N>
+struct QuadricCollapseEvent {
+  std::uint32_t start = 0;  ///< vertex that stays
+  std::uint32_t end = 0;    ///< vertex that goes
+  typename Quadric<N>::Vector point;
+  double cost = 0;
+};
+
+/// A manifold that loses edges, cheapest first, where the cost of an edge is the least value of the sum of the quadrics
+/// at its ends.
+///
+/// The order is lazy and yet greedy: quadrics are sums of functions that are nowhere negative, so collapses only raise
+/// the cost of the edges around them, and an edge whose cost is out of date comes up too early, never too late. It is
+/// evaluated then and put back. Two things may lower costs: an edge that was refused may be allowed once its
+/// surroundings have changed, and the fixed place of an inner vertex's collapse onto the boundary; such edges come
+/// next.
+///
+/// Collapses run in rounds that each halve the triangles and then close the gaps in memory. The last rounds order costs
+/// to an eighth of an octave, the ones before, most of whose collapses any order would make, to one or four octaves:
+/// collapses that come at once come in the order of memory, which halves their time and leaves the error as it is.
+template <int N>
+class QuadricCollapse {
+ public:
+  using Vector = typename Quadric<N>::Vector;
+
+  /// Per vertex of `table`: a point (position, then attributes) and the quadric about it. Coordinates of the order of 1.
+  QuadricCollapse(CornerTable table, std::vector<Vector> points, std::vector<Quadric<N>> quadrics);
+
+  /// Per vertex: a colour that is interpolated along collapsed edges, without a part in the error. Empty by default.
+  std::vector<Color> carried_colors;
+  /// Called before each collapse. Vertices are those of the round; `table` is that of the round too.
+  std::function<void(const CornerTable& table, const QuadricCollapseEvent<N>&)> watcher;
+
+  /// Until at most so many triangles are left or none may go. Throws Cancelled.
+  void run(std::uint32_t triangles, Stage& stage);
+
+  /// Bytes a triangle and a vertex beside those of the table, at the peak.
+  static std::uint64_t memory_estimate(std::size_t triangles, std::size_t vertices) {
+    // The number of each triangle at first and now, and its share of three edges to two triangles in buckets half full.
+    return triangles * (2 + 3) * sizeof(std::uint32_t) + vertices * (sizeof(Vector) + sizeof(Quadric<N>) + 2 * sizeof(std::uint32_t));
+  }
+
+  const CornerTable& table() const { return table_; }
+  const Vector& point(std::uint32_t vertex) const { return points_[vertex]; }
+  const Quadric<N>& quadric(std::uint32_t vertex) const { return quadrics_[vertex]; }
+  /// The vertex that lay at first where this one lies now, or kNone where it moved.
+  std::uint32_t vertex_source(std::uint32_t vertex) const { return vertex_source_[vertex]; }
+  /// The number of the triangle at first.
+  std::uint32_t triangle_source(std::uint32_t triangle) const { return triangle_source_[triangle]; }
+
+ private:
+  enum Mark : std::uint8_t {
+    kQueued = 1,  ///< stands in a bucket
+    kStale = 2    ///< its cost is out of date
+  };
+  /// The sum of two vertices' quadrics about the middle of their edge, and where the merged vertex goes.
+  struct Merger {
+    Quadric<N> sum;
+    Vector half;   ///< from the middle to the end
+    Vector step;   ///< from the middle to the merged vertex
+    Vector point;  ///< the merged vertex
+    double cost = 0;
+  };
+
+  Merger merger(std::uint32_t half_edge) const;
+  double cost(std::uint32_t half_edge) const;
+  Vector best_of_ends_and_middle(const Merger& merger) const;
+  bool is_allowed(std::uint32_t half_edge, const Vector& point);
+  bool turns_triangle(const CornerTable::Ring& ring, std::uint32_t other_end, const Vector& point) const;
+  void collapse(std::uint32_t half_edge, const Merger& merger);
+  void put_on_end(std::uint32_t half_edge, Merger& merger) const;
+  void carry_color(std::uint32_t start, std::uint32_t end, const Vector& point);
+  void fill_queue(Stage& stage);
+  void prefetch(const std::vector<std::uint32_t>& sweep, std::size_t next) const;
+  void visit(std::uint32_t half_edge);
+  void requeue_around(std::uint32_t vertex);
+  void run_round(std::uint32_t goal, int coarseness, Stage& stage);
+  void compact();
+
+  CornerTable table_;
+  std::vector<Vector> points_;
+  std::vector<Quadric<N>> quadrics_;
+  std::vector<std::uint32_t> vertex_source_;
+  std::vector<std::uint32_t> triangle_source_;
+  CostBuckets queue_;
+  bool has_boundary_ = false;
+  CornerTable::Ring start_ring_, end_ring_;  ///< of the edge that is looked at
+};
+
+extern template class QuadricCollapse<3>;
+extern template class QuadricCollapse<6>;
+
+}  // namespace voxcarve

@@ -1,0 +1,20 @@
+// Polygon repair: gluing the borders of a soup together.
+#pragma once
+
+#include "common/mesh/triangle_soup.h"
+#include "common/run/context.h"
+
+namespace voxcarve {
+
+struct StitchOptions {
+  double tolerance = 0;  ///< model units: borders up to so far apart are closed; 0 joins equal positions only
+};
+
+/// The polygon repair that [NT03, 3.3] puts before ray stabbing on models with cracks and interpenetrating parts:
+/// merges equal positions, drops degenerate and duplicate triangles, orients, cuts to a manifold, snaps borders within
+/// the tolerance onto each other, stitches them, and fills the holes that are left. Parts that cut through each other
+/// stay as they are. Each step that changed something leaves a notice with its count. Colours of triangles and vertices
+/// are kept where the triangles are; new triangles take a neighbour's. Throws Cancelled.
+TriangleSoup stitch(const TriangleSoup& soup, const StitchOptions& options, RunContext& context);
+
+}  // namespace voxcarve

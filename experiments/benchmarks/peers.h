@@ -1,0 +1,49 @@
+// The libraries that the kernels are measured against. This header knows none of them, and each is optional but CGAL.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "common/mesh/triangle_soup.h"
+#include "common/volume/grid.h"
+#include "experiments/benchmarks/harness.h"
+
+namespace voxcarve::bench {
+
+/// One run of a peer on the input that it was prepared for. Of a voxelization the result is the number of interior
+/// voxels and of an isosurface that of triangles, counted after the clock has stopped.
+using CountingPeer = std::function<Timed<std::int64_t>()>;
+using ReducingPeer = std::function<Timed<TriangleSoup>()>;
+
+/// Which libraries were found when the build was configured. The functions below of one that was not return an empty
+/// function.
+struct PeersAtHand {
+  bool vtk = false;
+  bool openvdb = false;
+  bool meshoptimizer = false;
+};
+PeersAtHand peers_at_hand();
+
+/// vtkPolyDataToImageStencil, then vtkImageStencilToImage into a mask of bytes; both are timed. One thread: neither
+/// filter has more.
+CountingPeer vtk_voxelization(const TriangleSoup& soup, const GridFrame& frame);
+
+/// vtkFlyingEdges3D on the grid's own memory, without normals, gradients and scalars.
+CountingPeer vtk_isosurface(const Grid<float>& field, float iso_value, int threads);
+
+/// "TBB", "STDThread", ...: how VTK's filters share their work; empty when VTK was not built in.
+std::string vtk_smp_backend();
+
+/// openvdb::tools::meshToVolume, then sdfInteriorMask and copyToDense into a mask of bytes; all three are timed. The
+/// narrow band is one voxel wide on either side, the least that a mask needs.
+CountingPeer openvdb_voxelization(const TriangleSoup& soup, const GridFrame& frame, int threads);
+
+/// meshopt_simplify without options and without a limit of the error, positions as float. One thread.
+ReducingPeer meshoptimizer_reduction(const TriangleSoup& soup, std::int64_t triangles);
+
+/// CGAL's edge_collapse with Garland-Heckbert's cost and placement and its bound on turning normals. One thread.
+/// Building the mesh is not timed. `soup` is a manifold.
+ReducingPeer cgal_reduction(const TriangleSoup& soup, std::int64_t triangles);
+
+}  // namespace voxcarve::bench

@@ -1,0 +1,434 @@
+#include "common/mesh/stitching.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <random>
+
+#include "common/mesh/gluing.h"
+#include "common/mesh/hole_filling.h"
+#include "common/mesh/io/mesh_io.h"
+#include "common/mesh/models/primitives.h"
+#include "common/mesh/topology.h"
+#include "common/run/errors.h"
+#include "tests/support/shapes.h"
+#include "tests/unit/metric_shapes.h"
+
+namespace voxcarve {
+namespace {
+
+using test::inside_out;
+using test::joined;
+using test::moebius_strip;
+using test::translated;
+using test::unit_cube;
+
+/// A rectangle of n x m squares with corner `origin` and sides along u and v, outward along u x v.
+TriangleSoup rectangle(const Point& origin, const Point& u, const Point& v, std::uint32_t n = 1, std::uint32_t m = 1) {
+  TriangleSoup soup;
+  for (std::uint32_t j = 0; j <= m; ++j)
+    for (std::uint32_t i = 0; i <= n; ++i)
+      soup.positions.push_back(origin + static_cast<double>(i) / n * u + static_cast<double>(j) / m * v);
+  for (std::uint32_t j = 0; j < m; ++j) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t a = j * (n + 1) + i;
+      soup.triangles.push_back({a, a + 1, a + n + 2});
+      soup.triangles.push_back({a, a + n + 2, a + n + 1});
+    }
+  }
+  return soup;
+}
+
+/// The faces of the unit cube, each drawn in by `gap` from its edges and divided into n(face) squares a side.
+template <class Division>
+std::vector<TriangleSoup> faces(double gap, const Division& division) {
+  std::vector<TriangleSoup> parts;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Point u = (1 - 2 * gap) * Point::Unit((axis + 1) % 3);
+    const Point v = (1 - 2 * gap) * Point::Unit((axis + 2) % 3);
+    const Point inset = gap * (Point::Ones() - Point::Unit(axis));
+    const auto n = [&](int face) { return static_cast<std::uint32_t>(division(face)); };
+    parts.push_back(rectangle(inset, v, u, n(2 * axis), n(2 * axis)));
+    parts.push_back(rectangle(inset + Point::Unit(axis), u, v, n(2 * axis + 1), n(2 * axis + 1)));
+  }
+  return parts;
+}
+
+TriangleSoup cracked_cube(double gap) {
+  return joined(faces(gap, [](int) { return 1; }));
+}
+
+SurfaceTopology closed_topology(const TriangleSoup& soup) {
+  SurfaceTopology topology = analyze_topology(soup);
+  EXPECT_TRUE(topology.closed);
+  EXPECT_TRUE(topology.oriented);
+  EXPECT_EQ(topology.nonmanifold_vertices, 0);
+  return topology;
+}
+
+bool has_notice(const RunContext& context, const std::string& text) {
+  return std::ranges::any_of(context.notices(),
+                             [&](const std::string& notice) { return notice.find(text) != std::string::npos; });
+}
+
+TEST(Stitch, LeavesAClosedManifoldAsItIs) {
+  RunContext context;
+  const TriangleSoup cube = unit_cube();
+  const TriangleSoup result = stitch(cube, {.tolerance = 0.1}, context);
+  EXPECT_EQ(merge_equal_positions(cube), result);  // the order of vertices is that of their first use
+  EXPECT_TRUE(context.notices().empty());
+}
+
+TEST(Stitch, ClosesTheCracksBetweenSixFaces) {
+  // A corner of the cube stands in three faces, at (0, g, g) and so on, at most sqrt(2) g apart. They meet at their
+  // mean, 2/3 g from the old corner along each axis: a cube of side 1 - 4/3 g. Eight corners of three become one each.
+  for (const double gap : {0.01, 0.001}) {
+    RunContext context;
+    const TriangleSoup result = stitch(cracked_cube(gap), {.tolerance = 1.5 * gap}, context);
+    const SurfaceTopology topology = closed_topology(result);
+    EXPECT_EQ(topology.components, 1);
+    EXPECT_EQ(topology.genus, 0);
+    EXPECT_EQ(result.triangles.size(), 12U);
+    EXPECT_EQ(result.positions.size(), 8U);
+    EXPECT_NEAR(signed_volume(result), std::pow(1 - 4 * gap / 3, 3), 1e-12);
+    EXPECT_TRUE(has_notice(context, "merged 16 border vertices"));
+  }
+}
+
+TEST(Stitch, JoinsEqualPositionsAloneWithoutATolerance) {
+  RunContext context;
+  EXPECT_EQ(closed_topology(stitch(cracked_cube(0), {}, context)).components, 1);
+  EXPECT_TRUE(has_notice(context, "merged 16 vertices of equal positions"));
+  // With cracks and no tolerance each face is a sheet of its own, and becomes closed by its other side.
+  const TriangleSoup apart = stitch(cracked_cube(0.01), {}, context);
+  EXPECT_EQ(closed_topology(apart).components, 6);
+  EXPECT_NEAR(signed_volume(apart), 0, 1e-12);
+}
+
+TEST(Stitch, TurnsFacesToAgree) {
+  // However many faces are turned, and whichever the first is, the closed cube has its outside out.
+  for (int mask = 0; mask < 64; ++mask) {
+    RunContext context;
+    std::vector<TriangleSoup> parts = faces(0.01, [](int) { return 1; });
+    for (std::size_t f = 0; f < 6; ++f)
+      if ((mask >> f & 1) != 0) parts[f] = inside_out(parts[f]);
+    const TriangleSoup result = stitch(joined(parts), {.tolerance = 0.02}, context);
+    EXPECT_EQ(closed_topology(result).genus, 0);
+    const double side = 1 - 0.04 / 3;
+    EXPECT_NEAR(signed_volume(result), (mask == 63 ? -1 : 1) * side * side * side, 1e-12) << mask;
+  }
+}
+
+TEST(Stitch, ClosesTJoints) {
+  // One face is divided into 3 x 3 squares: two vertices on each of its sides lie on undivided edges of neighbours.
+  for (const double gap : {0.0, 0.01}) {
+    RunContext context;
+    const TriangleSoup soup = joined(faces(gap, [](int face) { return face == 2 ? 3 : 1; }));
+    const TriangleSoup result = stitch(soup, {.tolerance = 0.02}, context);
+    const SurfaceTopology topology = closed_topology(result);
+    EXPECT_EQ(topology.components, 1);
+    EXPECT_EQ(topology.genus, 0);
+    // 18 triangles of the divided face, 10 of the others and two more on each side of it; nothing was filled.
+    EXPECT_EQ(result.triangles.size(), 18U + 10 + 8);
+    EXPECT_TRUE(has_notice(context, "split 4 border edges"));
+    EXPECT_FALSE(has_notice(context, "filled"));
+    EXPECT_NEAR(signed_volume(result), 1, gap == 0 ? 1e-12 : 0.05);
+  }
+}
+
+TEST(Stitch, ClosesBordersOfUnrelatedDivisions) {
+  // Every face has its own division, and cracks are narrower and wider than the pieces of the borders.
+  for (const double gap : {0.0, 0.002, 0.02}) {
+    RunContext context;
+    const TriangleSoup soup = joined(faces(gap, [](int face) { return 3 + 5 * face; }));
+    const TriangleSoup result = stitch(soup, {.tolerance = 0.03}, context);
+    const SurfaceTopology topology = closed_topology(result);
+    EXPECT_EQ(topology.components, 1) << gap;
+    EXPECT_EQ(topology.genus, 0) << gap;
+    EXPECT_NEAR(signed_volume(result), 1, 6 * 0.03) << gap;
+  }
+}
+
+TEST(Stitch, DoesNotCollapseAFinelyDividedBorder) {
+  // An open box whose rim has pieces of a hundredth, and a tolerance of five of them: nothing is there to be joined.
+  RunContext context;
+  std::vector<TriangleSoup> parts = faces(0.0, [](int) { return 100; });
+  parts.pop_back();
+  const TriangleSoup result = stitch(joined(parts), {.tolerance = 0.05}, context);
+  EXPECT_EQ(closed_topology(result).genus, 0);
+  EXPECT_NEAR(signed_volume(result), 1, 1e-9);
+  EXPECT_FALSE(has_notice(context, "nearby"));
+  EXPECT_TRUE(has_notice(context, "filled 1 hole with 398 triangles"));  // 400 edges
+}
+
+TEST(Stitch, ClosesASlitWithinOnePart) {
+  // A cube with a slit in its upper face: both sides of the slit belong to one border, which leads around its ends.
+  // Five vertices stand on either side.
+  RunContext context;
+  TriangleSoup cube = joined(faces(0.0, [](int) { return 8; }));
+  cube = merge_equal_positions(cube);
+  // Opens the edges along y = 0.5 of the face z = 1 between x = 0.25 and 0.75 by moving copies of their vertices.
+  const double half_width = 0.004;
+  TriangleSoup slit = cube;
+  std::vector<std::uint32_t> copy(cube.positions.size(), 0);
+  for (std::uint32_t v = 0; v < cube.positions.size(); ++v) {
+    const Point p = cube.positions[v];
+    if (std::abs(p[2] - 1) > 1e-9 || std::abs(p[1] - 0.5) > 1e-9 || p[0] < 0.2 || p[0] > 0.8) continue;
+    copy[v] = static_cast<std::uint32_t>(slit.positions.size());
+    slit.positions.push_back(p + Point(0, half_width, 0));
+    slit.positions[v] -= Point(0, half_width, 0);
+  }
+  for (Triangle& t : slit.triangles) {
+    const double y = (cube.positions[t[0]][1] + cube.positions[t[1]][1] + cube.positions[t[2]][1]) / 3;
+    if (y < 0.5) continue;
+    for (std::uint32_t& v : t)
+      if (copy[v] != 0) v = copy[v];
+  }
+  ASSERT_EQ(analyze_topology(slit).boundary_loops, 1);
+  const TriangleSoup result = stitch(slit, {.tolerance = 0.02}, context);
+  EXPECT_EQ(closed_topology(result).genus, 0);
+  EXPECT_NEAR(signed_volume(result), 1, 1e-9);  // every pair meets where it was
+  EXPECT_TRUE(has_notice(context, "merged 5 border vertices"));
+  EXPECT_FALSE(has_notice(context, "filled"));
+}
+
+TEST(Stitch, LeavesPartsThatCutThroughEachOtherApart) {
+  RunContext context;
+  const TriangleSoup two = joined({cracked_cube(0.005), translated(cracked_cube(0.005), Point(0.4, 0.3, 0.2))});
+  const TriangleSoup result = stitch(two, {.tolerance = 0.01}, context);
+  const SurfaceTopology topology = closed_topology(result);
+  EXPECT_EQ(topology.components, 2);
+  EXPECT_EQ(topology.genus, 0);
+  EXPECT_NEAR(signed_volume(result), 2 * std::pow(1 - 0.02 / 3, 3), 1e-12);
+}
+
+TEST(Stitch, TakesSolidsApartThatTouch) {
+  // In a vertex, an edge and a face (of which one wall is dropped as a duplicate, and filled again).
+  for (const Point& shift : {Point(1, 1, 1), Point(1, 1, 0), Point(1, 0, 0)}) {
+    RunContext context;
+    const TriangleSoup result = stitch(joined({unit_cube(), translated(unit_cube(), shift)}), {}, context);
+    const SurfaceTopology topology = closed_topology(result);
+    EXPECT_EQ(topology.components, 2) << shift.transpose();
+    EXPECT_EQ(topology.genus, 0);
+    EXPECT_NEAR(signed_volume(result), 2, 1e-12);
+    EXPECT_NEAR(surface_area(result), 12, 1e-12);
+  }
+}
+
+TEST(Stitch, FillsAMissingFace) {
+  RunContext context;
+  std::vector<TriangleSoup> parts = faces(0.0, [](int) { return 4; });
+  parts.erase(parts.begin() + 3);
+  const TriangleSoup result = stitch(joined(parts), {}, context);
+  EXPECT_EQ(closed_topology(result).genus, 0);
+  EXPECT_NEAR(signed_volume(result), 1, 1e-12);
+  EXPECT_NEAR(surface_area(result), 6, 1e-12);  // least area: the flat square
+  EXPECT_TRUE(has_notice(context, "filled 1 hole with 14 triangles"));
+}
+
+TEST(Stitch, DropsWhatIsUseless) {
+  RunContext context;
+  TriangleSoup soup = unit_cube();
+  soup.triangles.push_back(soup.triangles[4]);                                                   // a duplicate
+  soup.triangles.push_back({soup.triangles[4][1], soup.triangles[4][0], soup.triangles[4][2]});  // and a double wall
+  soup.triangles.push_back({0, 0, 1});
+  soup.positions.emplace_back(0.5, 0, 0);
+  soup.triangles.push_back({0, 1, 8});  // no area
+  const TriangleSoup result = stitch(soup, {}, context);
+  EXPECT_EQ(result.triangles, stitch(unit_cube(), {}, context).triangles);
+  EXPECT_EQ(result.positions.size(), 8U);
+  EXPECT_TRUE(has_notice(context, "dropped 2 triangles without area"));
+  EXPECT_TRUE(has_notice(context, "dropped 2 duplicate triangles"));
+}
+
+TEST(Stitch, MakesSomethingClosedOfOneSidedAndHangingSheets) {
+  RunContext context;
+  EXPECT_GT(closed_topology(stitch(moebius_strip(20), {.tolerance = 1e-3}, context)).triangles, 40);
+  EXPECT_TRUE(has_notice(context, "one-sided"));
+  // A cube with a fin on one of its edges: the cube stays, and the fin becomes a part of its own without a volume.
+  const TriangleSoup fin = rectangle({1, 1, 0}, {0, 0, 1}, {1, 1, 0});
+  const TriangleSoup result = stitch(joined({unit_cube(), fin}), {}, context);
+  EXPECT_EQ(closed_topology(result).components, 2);
+  EXPECT_NEAR(signed_volume(result), 1, 1e-12);
+  TriangleSoup flat;
+  flat.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  flat.triangles = {{0, 1, 2}};
+  EXPECT_TRUE(stitch(flat, {}, context).empty());
+}
+
+TEST(Stitch, KeepsColours) {
+  RunContext context;
+  const std::array<Color, 6> palette = {Color(1, 0, 0), Color(0, 1, 0), Color(0, 0, 1),
+                                        Color(1, 1, 0), Color(0, 1, 1), Color(1, 0, 1)};
+  std::vector<TriangleSoup> by_triangle = faces(0.01, [](int face) { return face == 2 ? 3 : 1; });
+  std::vector<TriangleSoup> by_vertex = by_triangle;
+  for (std::size_t f = 0; f < 6; ++f) {
+    by_triangle[f].triangle_colors.assign(by_triangle[f].triangles.size(), palette[f]);
+    by_vertex[f].vertex_colors.assign(by_vertex[f].positions.size(), palette[f]);
+  }
+  // Colours at the vertices cannot stay where six faces share them, so they move to the triangles.
+  for (const TriangleSoup& soup : {joined(by_triangle), joined(by_vertex)}) {
+    const TriangleSoup result = stitch(soup, {.tolerance = 0.02}, context);
+    ASSERT_EQ(result.triangle_colors.size(), result.triangles.size());
+    for (std::size_t t = 0; t < result.triangles.size(); ++t) {
+      Eigen::Index axis = 0;
+      const Point normal = area_vector(result, result.triangles[t]);
+      normal.cwiseAbs().maxCoeff(&axis);
+      const Color& expected = palette.at(static_cast<std::size_t>(2 * axis + (normal[axis] > 0 ? 1 : 0)));
+      EXPECT_LT((result.triangle_colors[t] - expected).norm(), 1e-6F);
+    }
+  }
+  EXPECT_TRUE(has_notice(context, "different colours"));
+  // Where merged vertices agree, they keep their colours, and a filled face takes its neighbours'.
+  TriangleSoup smooth = cracked_cube(0);
+  for (const Point& p : smooth.positions) smooth.vertex_colors.push_back(p.cast<float>());
+  const TriangleSoup result = stitch(smooth, {}, context);
+  EXPECT_TRUE(result.triangle_colors.empty());
+  ASSERT_EQ(result.vertex_colors.size(), result.positions.size());
+  for (std::size_t v = 0; v < result.positions.size(); ++v)
+    EXPECT_EQ(result.vertex_colors[v], result.positions[v].cast<float>());
+  std::vector<TriangleSoup> open = faces(0, [](int) { return 1; });
+  open.pop_back();
+  const TriangleSoup filled = stitch(colored(joined(open), palette[4]), {}, context);
+  EXPECT_EQ(filled.triangle_colors, std::vector<Color>(12, palette[4]));
+}
+
+TEST(Stitch, WorksAtEverySizeAndPlace) {
+  for (const double scale : {1e-300, 1e-12, 1.0, 1e12, 1e300}) {
+    RunContext context;
+    TriangleSoup soup = cracked_cube(0.01);
+    for (Point& p : soup.positions) p *= scale;
+    const TriangleSoup result = stitch(soup, {.tolerance = 0.02 * scale}, context);
+    EXPECT_EQ(closed_topology(result).genus, 0) << scale;
+    EXPECT_EQ(result.positions.size(), 8U) << scale;
+  }
+  RunContext context;
+  const TriangleSoup far = stitch(translated(cracked_cube(0.01), Point::Constant(1e9)), {.tolerance = 0.02}, context);
+  EXPECT_EQ(closed_topology(far).genus, 0);
+  EXPECT_EQ(far.positions.size(), 8U);
+}
+
+TEST(Stitch, GivesTheSameTwice) {
+  TriangleSoup soup = joined(faces(0.004, [](int face) { return 2 + 3 * face; }));
+  soup = joined({soup, translated(soup, Point(0.5, 0.5, 0.003))});
+  RunContext one;
+  RunContext two;
+  two.threads = 2;
+  EXPECT_EQ(stitch(soup, {.tolerance = 0.01}, one), stitch(soup, {.tolerance = 0.01}, two));
+  EXPECT_EQ(one.notices(), two.notices());
+}
+
+TEST(Stitch, SurvivesRandomSoups) {
+  // Few vertices and many triangles: edges of many triangles, one-sided parts, holes of every form.
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    RunContext context;
+    std::mt19937_64 generator(seed);
+    TriangleSoup soup;
+    const std::uint32_t vertices = 4 + static_cast<std::uint32_t>(generator() % 12);
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+      const auto number = [&] { return static_cast<double>(generator() % (seed % 2 == 0 ? 3 : 1000)); };
+      const double x = number();
+      const double y = number();
+      soup.positions.emplace_back(x, y, number());
+    }
+    const auto any = [&] { return static_cast<std::uint32_t>(generator() % vertices); };
+    const std::size_t triangles = 1 + generator() % 40;
+    for (std::size_t t = 0; t < triangles; ++t) {
+      const std::uint32_t a = any();
+      const std::uint32_t b = any();
+      soup.triangles.push_back({a, b, any()});
+    }
+    const double tolerance = seed % 3 == 0 ? 0 : seed % 3 == 1 ? 0.5 : 200;
+    const TriangleSoup result = stitch(soup, {.tolerance = tolerance}, context);
+    closed_topology(result);
+    if (HasFailure()) FAIL() << "seed " << seed;
+  }
+}
+
+TEST(Stitch, IsCancelledAndDeclaresItsMemory) {
+  RunContext context;
+  context.memory_budget = 100;
+  EXPECT_THROW(stitch(unit_cube(), {}, context), ResourceError);
+  std::stop_source source;
+  RunContext stopped;
+  stopped.cancellation = source.get_token();
+  source.request_stop();
+  EXPECT_THROW(stitch(unit_cube(), {}, stopped), Cancelled);
+}
+
+TEST(Stitch, ClosesTheExternalModels) {
+  VOXCARVE_REQUIRE_DATA(folder, "nasty");
+  int closed = 0;
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+  for (const char* name : {"chair_gothic.obj", "office_chair.obj", "teapot.obj", "motor.obj", "csg_featuretype.ply"})
+    files.push_back(folder.parent_path() / name);
+  for (const auto& file : files) {
+    SCOPED_TRACE(file.filename().string());
+    TriangleSoup soup;
+    try {
+      soup = read_mesh(file);
+    } catch (const InputError&) {
+      continue;  // files that no reader takes are there too
+    }
+    RunContext context;
+    const TriangleSoup result = stitch(soup, {.tolerance = 0.002 * bounds(soup).diagonal()}, context);
+    closed_topology(result);
+    ++closed;
+  }
+  EXPECT_GE(closed, 15);
+}
+
+TEST(FillHoles, CutsLargeHolesInTwo) {
+  // The base of a cone has 1000 edges: the flat fill closes it with 998 triangles.
+  const std::uint32_t n = 1000;
+  TriangleSoup cone;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const double angle = 2 * std::numbers::pi * i / n;
+    cone.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+  }
+  cone.positions.emplace_back(0, 0, 1);
+  for (std::uint32_t i = 0; i < n; ++i) cone.triangles.push_back({i, (i + 1) % n, n});
+  RunContext context;
+  const FillReport report = fill_holes(cone, context);
+  EXPECT_EQ(report.holes, 1);
+  EXPECT_EQ(report.triangles, n - 2);
+  EXPECT_EQ(closed_topology(cone).genus, 0);
+  // A cone of height 1 on the polygon inscribed in the unit circle.
+  const double base = n / 2.0 * std::sin(2 * std::numbers::pi / n);
+  EXPECT_NEAR(signed_volume(cone), base / 3, 1e-9);
+}
+
+TEST(FillHoles, UsesAMiddleVertexWhereEveryDiagonalIsTaken) {
+  // Two triangles with a common edge use one diagonal of their outline, the fill the other; with both diagonals taken
+  // (by a third sheet elsewhere) there is none left: four triangles about the mean.
+  RunContext context;
+  TriangleSoup sheet = rectangle(Point::Zero(), {1, 0, 0}, {0, 1, 0});
+  EXPECT_EQ(fill_holes(sheet, context).triangles, 2);
+  EXPECT_EQ(closed_topology(sheet).genus, 0);
+  TriangleSoup taken = rectangle(Point::Zero(), {1, 0, 0}, {0, 1, 0});
+  // Vertices 0 1 / 2 3 with the diagonal 0-3; a handle above makes 1-2 an edge that is already there.
+  taken.positions.emplace_back(0.5, 0.5, 1);
+  taken.positions.emplace_back(0.5, 0.5, 2);
+  taken.triangles.push_back({1, 2, 4});
+  taken.triangles.push_back({2, 1, 5});
+  taken.triangles.push_back({1, 4, 5});
+  taken.triangles.push_back({2, 5, 4});
+  const std::size_t before = taken.positions.size();
+  EXPECT_EQ(fill_holes(taken, context).triangles, 4);
+  EXPECT_EQ(taken.positions.size(), before + 1);
+  EXPECT_TRUE(analyze_topology(taken).closed);
+}
+
+TEST(Orient, KeepsPatchesThatAgree) {
+  RunContext context;
+  TriangleSoup cube = inside_out(unit_cube());
+  const TriangleSoup before = cube;
+  EXPECT_EQ(orient(cube, context).turned, 0);
+  EXPECT_EQ(cube, before);
+}
+
+}  // namespace
+}  // namespace voxcarve
