@@ -186,7 +186,7 @@ typename QuadricCollapse<N>::Vector QuadricCollapse<N>::best_of_ends_and_middle(
 /// are to the last bit. Where both are, the region is flat, and the middle keeps its triangles in better shape.
 template <int N>
 void QuadricCollapse<N>::put_on_end(std::uint32_t half_edge, Merger& merger) const {
-  constexpr double kRounding = 1e-8;  // of the edge's length
+  constexpr double kRounding = 1e-7;  // of the edge's length
   const double slack = kRounding * kRounding * merger.sum.trace() * 4 * merger.half.squaredNorm();
   const bool start_fits = merger.sum(-merger.half) <= merger.cost + slack;
   const bool end_fits = merger.sum(merger.half) <= merger.cost + slack;

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stop_token>
 
 #include "common/mesh/io/mesh_io.h"
 #include "common/run/atomic_file.h"
@@ -84,7 +85,7 @@ std::string panel_caption(const ComparisonRow& row) {
 
 /// Draws the input and every result; returns why there is no picture, or "".
 std::string draw(const Model& model, const TriangleSoup& reference, const std::vector<ComparisonRow>& rows,
-                 const CompareOptions& options, const std::filesystem::path& png) {
+                 const CompareOptions& options, std::stop_token cancellation, const std::filesystem::path& png) {
   std::vector<RenderItem> items;
   items.push_back({reference, model.name + "\n" + with_thousands(static_cast<long long>(reference.triangles.size())) +
                                   " triangles"});
@@ -92,7 +93,9 @@ std::string draw(const Model& model, const TriangleSoup& reference, const std::v
     if (row.method != "identity") items.push_back({row.surface, panel_caption(row)});
   }
   try {
-    render_meshes(items, options.render, png);
+    RenderOptions how = options.render;
+    how.cancellation = std::move(cancellation);
+    render_meshes(items, how, png);
     return "";
   } catch (const ResourceError& error) {
     return error.what();
@@ -150,7 +153,8 @@ void compare(const CompareOptions& options) {
     if (row.status == RunStatus::kDone) write_mesh(row.surface, folder / (row.method + ".ply"));
   }
   write_file_atomically(folder / "comparison.csv", to_csv(full_table(model.name, rows)));
-  const std::string no_picture = draw(model, reference, rows, options, folder / "comparison.png");
+  const std::string no_picture =
+      draw(model, reference, rows, options, session.context().cancellation, folder / "comparison.png");
   Json json = {{"program", "voxcarve " + version()},
                {"model", model.name},
                {"budget", options.triangles},
@@ -192,6 +196,9 @@ void add_compare_command(CLI::App& app) {
       ->add_option("--error", options->metrics.hausdorff_error,
                    "width of the certified Hausdorff interval, as a share of the input's diagonal (default 1e-3)")
       ->check(in_range(1e-9, 1.0));
+  options->metrics.visible = false;
+  command->add_flag("--visible", options->metrics.visible,
+                    "measure the distances of the visible surface too: seconds to minutes where much is hidden");
   command->add_option("--azimuth", options->render.azimuth, "camera: degrees from the front");
   command->add_option("--elevation", options->render.elevation, "camera: degrees above the ground")
       ->check(in_range(-90, 90));

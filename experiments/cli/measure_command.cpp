@@ -98,6 +98,12 @@ void add_measure_command(CLI::App& app) {
       ->add_option("--error", options->metrics.hausdorff_error,
                    "width of the certified Hausdorff interval, as a share of A's diagonal (default 1e-3)")
       ->check(in_range(1e-9, 1.0));
+  command->add_flag("!--no-visible", options->metrics.visible,
+                    "leave out the distances of the visible surface, which cost seconds where much is hidden");
+  command
+      ->add_option("--view-directions", options->metrics.view_directions,
+                   "directions that visibility is decided from (default 128)")
+      ->check(in_range(2, 100000));
   command->add_option("--rays", options->metrics.rays, "rays of the symmetric difference (default 16384)")
       ->check(in_range(64, 1 << 30));
   command
