@@ -1,5 +1,5 @@
-// The link condition is that of [DEGN99]: Dey, Edelsbrunner, Guha, Nekhayev, "Topology preserving edge contraction", for
-// 2-manifolds with boundary, where the boundary counts as if a cone with one more vertex closed it.
+// The link condition is that of [DEGN99]: Dey, Edelsbrunner, Guha, Nekhayev, "Topology preserving edge contraction",
+// for 2-manifolds with boundary, where the boundary counts as if a cone with one more vertex closed it.
 #include "common/mesh/corner_table.h"
 
 #include <algorithm>

@@ -52,7 +52,8 @@ class CornerTable {
   /// A byte that the user of the table may keep at a half-edge; 0 at first.
   std::uint8_t& mark(std::uint32_t half_edge) { return faces_[half_edge >> 2].mark[half_edge & 3]; }
 
-  /// A half-edge that starts at the vertex; of a boundary vertex the one without a twin. kNone when no triangle uses it.
+  /// A half-edge that starts at the vertex; of a boundary vertex the one without a twin. kNone when no triangle uses
+  /// it.
   std::uint32_t leaving(std::uint32_t vertex) const { return leaving_[vertex]; }
   bool on_boundary(std::uint32_t vertex) const { return twin(leaving_[vertex]) == kNone; }
 
@@ -67,14 +68,6 @@ class CornerTable {
       visit(half_edge);
       half_edge = following;
     } while (half_edge != first && half_edge != kNone);
-  }
-
-  /// Fetches the triangle of a half-edge, or the triangles next to it, into the cache.
-  void prefetch(std::uint32_t half_edge) const { __builtin_prefetch(&faces_[half_edge >> 2]); }
-  void prefetch_neighbors(std::uint32_t half_edge) const {
-    for (const std::uint32_t twin : faces_[half_edge >> 2].twin) {
-      if (twin != kNone) prefetch(twin);
-    }
   }
 
   /// The half-edges that start at a vertex, and the vertices next to it.

@@ -1,4 +1,4 @@
-// A queue for collapses whose costs never fall.
+// A queue in the order of costs that hardly ever fall.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@
 
 namespace voxcarve {
 
-/// Items by cost, in buckets of equal exponent and leading digits of the cost. The cheapest bucket comes out at once, its
-/// items by number: that takes 4 bytes an item and constant time a step, and what comes out lies in the order of memory,
-/// which it would not from a heap. An item that enters below the bucket that came out last enters there.
+/// Items by cost, in buckets of equal exponent and leading digits of the cost. The cheapest bucket comes out at once,
+/// its items by number: that takes 4 bytes an item and constant time a step, and what comes out lies in the order of
+/// memory, which it would not from a heap. An item that enters below the bucket that came out last enters there.
 class CostBuckets {
  public:
   /// `cost` may be infinite; what is not above 0 counts as 0.
@@ -23,8 +23,8 @@ class CostBuckets {
   /// As the cheapest.
   void push_now(std::uint32_t item) { buckets_[current_].push_back(item); }
 
-  /// Takes the items of the cheapest bucket, whose costs differ by a factor of at most 9/8, or of 2^coarseness buckets,
-  /// up to 3 for an octave. False when there is none.
+  /// Takes the items of the cheapest bucket, whose costs differ by a factor of at most 17/16, or of 2^coarseness
+  /// buckets, 4 for an octave. False when there is none.
   bool take(std::vector<std::uint32_t>& items, int coarseness) {
     items.clear();
     skip_empty();
@@ -61,7 +61,7 @@ class CostBuckets {
   }
 
  private:
-  static constexpr int kDigits = 3;           ///< of the cost that tell buckets apart
+  static constexpr int kDigits = 4;            ///< of the cost that tell buckets apart
   static constexpr int kShift = 23 - kDigits;  // a float has 8 bits of exponent above 23 of digits
   static constexpr std::size_t kBuckets = std::size_t{256} << kDigits;
 

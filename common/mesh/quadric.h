@@ -6,8 +6,8 @@
 
 namespace voxcarve {
 
-/// The function q(z) = z'Az + 2 b'z + c of the displacement z from an origin that the owner of the quadric knows, with A
-/// symmetric and q >= 0 everywhere. N = 3 for positions, 6 for positions with colours.
+/// The function q(z) = z'Az + 2 b'z + c of the displacement z from an origin that the owner of the quadric knows, with
+/// A symmetric and q >= 0 everywhere. N = 3 for positions, 6 for positions with colours.
 ///
 /// The origin lies where the function is small, at the vertex that it belongs to, and follows that vertex: no digits
 /// are lost as they would be where large terms about a common origin cancel.
@@ -45,9 +45,10 @@ class Quadric {
     return *this;
   }
 
-  /// The sum of two, as a function of the displacement from the middle between their origins, which lies `half` from the
-  /// first and -`half` from the second.
-  [[gnu::always_inline]] static Quadric sum_about_middle(const Quadric& first, const Quadric& second, const Vector& half) {
+  /// The sum of two, as a function of the displacement from the middle between their origins, which lies `half` from
+  /// the first and -`half` from the second.
+  [[gnu::always_inline]] static Quadric sum_about_middle(const Quadric& first, const Quadric& second,
+                                                         const Vector& half) {
     Quadric result = first;
     result += second;
     const Vector first_image = first.times(half);
@@ -136,7 +137,7 @@ class Quadric {
   /// size, so that all of it unrolls.
   template <int Size>
   [[gnu::always_inline]] static Eigen::Matrix<double, Size, 1> solve(const Eigen::Matrix<double, Size, Size>& matrix,
-                                              const Eigen::Matrix<double, Size, 1>& right) {
+                                                                     const Eigen::Matrix<double, Size, 1>& right) {
     const double pivot = 1 / matrix(0, 0);
     if constexpr (Size == 1) {
       return pivot * right;

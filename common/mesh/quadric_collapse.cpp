@@ -1,8 +1,10 @@
-// Based on [GH97] and [GH98]; differs in quadrics about their own vertices, in the order by buckets of cost, and in
-// fixing inner vertices to the boundary vertex they collapse onto.
+// Based on [GH97] and [GH98]; differs in quadrics about their own vertices, in the order (see the header) and in fixing
+// inner vertices to the boundary vertex they collapse onto.
 #include "common/mesh/quadric_collapse.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace voxcarve {
@@ -45,8 +47,8 @@ QuadricCollapse<N>::QuadricCollapse(CornerTable table, std::vector<Vector> point
 
 template <int N>
 void QuadricCollapse<N>::run(std::uint32_t triangles, Stage& stage) {
-  const auto coarseness = [triangles](std::uint32_t goal) {  // 8 buckets to an octave
-    return goal / 16 > triangles ? 5 : goal / 4 > triangles ? 3 : 0;
+  const auto coarseness = [triangles](std::uint32_t goal) {  // 16 buckets are an octave
+    return goal / 16 > triangles ? 6 : goal / 4 > triangles ? 3 : 0;
   };
   std::uint32_t at_last_fill = 0;
   while (table_.triangles() > triangles) {
@@ -74,7 +76,6 @@ void QuadricCollapse<N>::run_round(std::uint32_t goal, int coarseness, Stage& st
     std::size_t next = 0;
     for (; next < sweep.size() && table_.triangles() > goal; ++next) {
       if (++visited % kCheckInterval == 0) report();
-      prefetch(sweep, next);
       visit(sweep[next]);
     }
     for (; next < sweep.size(); ++next) queue_.push_now(sweep[next]);
@@ -89,27 +90,9 @@ void QuadricCollapse<N>::fill_queue(Stage& stage) {
     if (t % kCheckInterval == 0) stage.advance(0);
     for (std::uint32_t half_edge = 4 * t; half_edge < 4 * t + 3; ++half_edge) {
       if (table_.edge_of(half_edge) != half_edge) continue;
-      queue_.push(half_edge, cost(half_edge));
+      queue_.push(half_edge, priority(half_edge));
       table_.mark(half_edge) = kQueued;
     }
-  }
-}
-
-/// Fetches, step by step, what the visits after the one of `sweep[next]` will read: most of their time is waiting for
-/// memory. Changes nothing.
-template <int N>
-void QuadricCollapse<N>::prefetch(const std::vector<std::uint32_t>& sweep, std::size_t next) const {
-  constexpr std::size_t kStep = 6;
-  if (next + 3 * kStep >= sweep.size()) return;
-  table_.prefetch(sweep[next + 3 * kStep]);
-  const std::uint32_t second = sweep[next + 2 * kStep];
-  if (!table_.removed(CornerTable::triangle_of(second))) {
-    for (const std::uint32_t vertex : {table_.start(second), table_.end(second)}) {
-      __builtin_prefetch(&points_[vertex]);
-      const char* quadric = reinterpret_cast<const char*>(&quadrics_[vertex]);
-      for (std::size_t line = 0; line < sizeof(Quadric<N>); line += 64) __builtin_prefetch(quadric + line);
-    }
-    table_.prefetch_neighbors(second);
   }
 }
 
@@ -124,7 +107,7 @@ void QuadricCollapse<N>::visit(std::uint32_t half_edge) {
   if (stale) {
     // Even if it stays in this bucket: a vertex that had just one collapse lets its neighbours go first, so that flat
     // regions thin out evenly.
-    queue_.push(half_edge, cost(half_edge));
+    queue_.push(half_edge, priority(half_edge));
     mark = kQueued;
     return;
   }
@@ -164,8 +147,10 @@ typename QuadricCollapse<N>::Merger QuadricCollapse<N>::merger(std::uint32_t hal
 }
 
 template <int N>
-double QuadricCollapse<N>::cost(std::uint32_t half_edge) const {
-  return merger(half_edge).cost;
+double QuadricCollapse<N>::priority(std::uint32_t half_edge) const {
+  const Merger merged = merger(half_edge);
+  const double weight = merged.sum.trace();
+  return weight > 0 ? merged.cost / std::sqrt(weight) : 0;
 }
 
 template <int N>
@@ -205,8 +190,8 @@ bool QuadricCollapse<N>::is_allowed(std::uint32_t half_edge, const Vector& point
          !turns_triangle(end_ring_, start, point);
 }
 
-/// True when a triangle at one end of an edge, except those at the edge, would turn by a right angle or more or lose its
-/// area by moving its corner to `point`.
+/// True when a triangle at one end of an edge, except those at the edge, would turn by a right angle or more or lose
+/// its area by moving its corner to `point`.
 template <int N>
 bool QuadricCollapse<N>::turns_triangle(const CornerTable::Ring& ring, std::uint32_t other_end,
                                         const Vector& point) const {

@@ -1,7 +1,6 @@
 // The loop of the quadric reduction: which edge collapses next, and onto which point.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <utility>
@@ -22,24 +21,27 @@ struct QuadricCollapseEvent {
   double cost = 0;
 };
 
-/// A manifold that loses edges, cheapest first, where the cost of an edge is the least value of the sum of the quadrics
-/// at its ends.
+/// A manifold that loses edges one by one. The cost of an edge is the least value of the sum Q of the quadrics at its
+/// ends. Edges come in the order of Q / sqrt(W), where W is the sum's trace, the weight of the planes in it: the order
+/// of Q^2 / W, the fourth power of the distance summed over the weight. By Q alone small parts give way to large ones
+/// however far they move.
 ///
-/// The order is lazy and yet greedy: quadrics are sums of functions that are nowhere negative, so collapses only raise
-/// the cost of the edges around them, and an edge whose cost is out of date comes up too early, never too late. It is
-/// evaluated then and put back. Two things may lower costs: an edge that was refused may be allowed once its
-/// surroundings have changed, and the fixed place of an inner vertex's collapse onto the boundary; such edges come
-/// next.
+/// Evaluation is lazy: a collapse only marks the edges around it, and a marked edge is evaluated and put back into the
+/// queue when its turn comes. Q is a sum of functions that are nowhere negative, so it only rises, and but for W the
+/// turn would come too early, never too late; W makes it late by no more than the square root of its growth. Edges that
+/// were refused come back when one of their ends has changed.
 ///
-/// Collapses run in rounds that each halve the triangles and then close the gaps in memory. The last rounds order costs
-/// to an eighth of an octave, the ones before, most of whose collapses any order would make, to one or four octaves:
-/// collapses that come at once come in the order of memory, which halves their time and leaves the error as it is.
+/// Collapses run in rounds that each halve the triangles and then close the gaps in memory. The last rounds order
+/// priorities to a sixteenth of an octave, the ones before, most of whose collapses any order would make, to half an
+/// octave or four: edges that come at once come in the order of memory, which halves their time and leaves the error as
+/// it is.
 template <int N>
 class QuadricCollapse {
  public:
   using Vector = typename Quadric<N>::Vector;
 
-  /// Per vertex of `table`: a point (position, then attributes) and the quadric about it. Coordinates of the order of 1.
+  /// Per vertex of `table`: a point (position, then attributes) and the quadric about it. Coordinates of the order
+  /// of 1.
   QuadricCollapse(CornerTable table, std::vector<Vector> points, std::vector<Quadric<N>> quadrics);
 
   /// Per vertex: a colour that is interpolated along collapsed edges, without a part in the error. Empty by default.
@@ -53,7 +55,8 @@ class QuadricCollapse {
   /// Bytes a triangle and a vertex beside those of the table, at the peak.
   static std::uint64_t memory_estimate(std::size_t triangles, std::size_t vertices) {
     // The number of each triangle at first and now, and its share of three edges to two triangles in buckets half full.
-    return triangles * (2 + 3) * sizeof(std::uint32_t) + vertices * (sizeof(Vector) + sizeof(Quadric<N>) + 2 * sizeof(std::uint32_t));
+    return triangles * (2 + 3) * sizeof(std::uint32_t) +
+           vertices * (sizeof(Vector) + sizeof(Quadric<N>) + 2 * sizeof(std::uint32_t));
   }
 
   const CornerTable& table() const { return table_; }
@@ -79,7 +82,7 @@ class QuadricCollapse {
   };
 
   Merger merger(std::uint32_t half_edge) const;
-  double cost(std::uint32_t half_edge) const;
+  double priority(std::uint32_t half_edge) const;
   Vector best_of_ends_and_middle(const Merger& merger) const;
   bool is_allowed(std::uint32_t half_edge, const Vector& point);
   bool turns_triangle(const CornerTable::Ring& ring, std::uint32_t other_end, const Vector& point) const;
@@ -87,7 +90,6 @@ class QuadricCollapse {
   void put_on_end(std::uint32_t half_edge, Merger& merger) const;
   void carry_color(std::uint32_t start, std::uint32_t end, const Vector& point);
   void fill_queue(Stage& stage);
-  void prefetch(const std::vector<std::uint32_t>& sweep, std::size_t next) const;
   void visit(std::uint32_t half_edge);
   void requeue_around(std::uint32_t vertex);
   void run_round(std::uint32_t goal, int coarseness, Stage& stage);

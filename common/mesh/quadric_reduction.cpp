@@ -92,8 +92,7 @@ void add_boundary(const CornerTable& table, const std::vector<VectorOf<N>>& poin
   const Eigen::Vector3d across = edge.cross(area);
   const double length = across.norm();
   if (!(length > 0)) return;
-  const auto plane =
-      Quadric<N>::of_plane(across / length, kBoundaryWeight * weight_of(edge.squaredNorm()));
+  const auto plane = Quadric<N>::of_plane(across / length, kBoundaryWeight * weight_of(edge.squaredNorm()));
   quadrics[start] += plane;
   quadrics[end] += plane;
 }
@@ -110,8 +109,8 @@ std::vector<Quadric<N>> make_quadrics(const CornerTable& table, const std::vecto
     if (!(twice_area > 0)) continue;
     const double weight = weight_of(0.5 * twice_area);
     // The triangle's plane passes through each corner, so its quadric is the same about all three.
-    const auto quadric = N == 3 ? Quadric<N>::of_plane(area / twice_area, weight)
-                                : Quadric<N>::of_span(first, second, weight);
+    const auto quadric =
+        N == 3 ? Quadric<N>::of_plane(area / twice_area, weight) : Quadric<N>::of_span(first, second, weight);
     for (const std::uint32_t vertex : corner) quadrics[vertex] += quadric;
     for (std::uint32_t half_edge = 4 * t; half_edge < 4 * t + 3; ++half_edge) {
       if (table.twin(half_edge) == kNone) add_boundary<N>(table, points, half_edge, area, quadrics);
@@ -132,13 +131,11 @@ TriangleSoup to_soup(const QuadricCollapse<N>& collapse, const TriangleSoup& sou
     new_vertex[v] = static_cast<std::uint32_t>(result.positions.size());
     const std::uint32_t source = collapse.vertex_source(v);  // what did not move keeps its last bit
     const VectorOf<N>& point = collapse.point(v);
-    result.positions.push_back(source != kNone ? soup.positions[source]
-                                               : frame.from_unit(point.template head<3>()));
+    result.positions.push_back(source != kNone ? soup.positions[source] : frame.from_unit(point.template head<3>()));
     if constexpr (N == 6) {
       const Eigen::Vector3d color = point.template tail<3>() / color_weight;
-      result.vertex_colors.push_back(source != kNone
-                                         ? soup.vertex_colors[source]
-                                         : Color(color.cwiseMax(0.0).cwiseMin(1.0).template cast<float>()));
+      result.vertex_colors.push_back(source != kNone ? soup.vertex_colors[source]
+                                                     : Color(color.cwiseMax(0.0).cwiseMin(1.0).template cast<float>()));
     } else if (!collapse.carried_colors.empty()) {
       result.vertex_colors.push_back(collapse.carried_colors[v]);
     }
@@ -147,7 +144,8 @@ TriangleSoup to_soup(const QuadricCollapse<N>& collapse, const TriangleSoup& sou
     if (table.removed(t)) continue;
     const Triangle corner = table.corners(t);
     result.triangles.push_back({new_vertex[corner[0]], new_vertex[corner[1]], new_vertex[corner[2]]});
-    if (!soup.triangle_colors.empty()) result.triangle_colors.push_back(soup.triangle_colors[collapse.triangle_source(t)]);
+    if (!soup.triangle_colors.empty())
+      result.triangle_colors.push_back(soup.triangle_colors[collapse.triangle_source(t)]);
   }
   return result;
 }
@@ -169,8 +167,7 @@ template <int N>
 std::uint64_t memory_estimate(const TriangleSoup& soup) {
   const std::uint64_t triangles = soup.triangles.size();
   const std::uint64_t vertices = soup.positions.size();
-  return CornerTable::memory_estimate(triangles, vertices) +
-         QuadricCollapse<N>::memory_estimate(triangles, vertices);
+  return CornerTable::memory_estimate(triangles, vertices) + QuadricCollapse<N>::memory_estimate(triangles, vertices);
 }
 
 }  // namespace

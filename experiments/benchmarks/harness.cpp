@@ -95,7 +95,7 @@ void Harness::run(const Contest& contest) {
           state.SetIterationTime(seconds);
           total += seconds;
         }
-        const std::string mean = rounded(total / static_cast<double>(state.iterations()), 4);
+        const std::string mean = rounded(total / static_cast<double>(state.iterations()), 6);
         const std::string sequence = std::to_string(repetitions_.rows.size() + 1);
         std::cout << fmt::format("{:>4}  {}  {} s", sequence, name, mean) << std::endl;
         repetitions_.rows.push_back({sequence, name, mean});

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kStage = "isosurface";
 constexpr float kIsoValue = 0.5F;
-constexpr double kPeriods = 7;
+constexpr double kPeriods = 6;
 
 Lazy<DensityVolume> gyroid(std::int64_t resolution) {
   return Lazy<DensityVolume>([=] { return gyroid_density(resolution, kPeriods); });

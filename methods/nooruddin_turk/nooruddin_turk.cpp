@@ -116,6 +116,7 @@ class NooruddinTurk final : public Method {
     if (soup != nullptr && parameters.toggle("stitch")) {
       const double diagonal = bounds(*soup).diagonal();
       stitched = stitch(*soup, {.tolerance = parameters.real("stitch_tolerance") * diagonal}, context);
+      if (stitched.empty()) throw MethodFailure("stitching left nothing of " + model.name + ": it has no area");
       soup = &stitched;
     }
     SurfaceColors colors;
