@@ -87,6 +87,7 @@ TriangleSoup wrap(const TriangleSoup& soup, double alpha, double offset, RunCont
   } catch (const std::exception& error) {
     throw MethodFailure(std::string("CGAL's Alpha_wrap_3 failed: ") + error.what());
   }
+  context.check_cancelled();  // the visitor looks only once in a while
   return to_soup(mesh, box.center(), scale);
 }
 
