@@ -70,6 +70,17 @@ class CornerTable {
     } while (half_edge != first && half_edge != kNone);
   }
 
+  /// Calls visit(edge_of(half_edge)) for every edge at the vertex.
+  template <class Visit>
+  void for_each_edge(std::uint32_t vertex, Visit&& visit) const {
+    std::uint32_t last = kNone;
+    for_each_leaving(vertex, [&](std::uint32_t half_edge) {
+      visit(edge_of(half_edge));
+      last = previous(half_edge);
+    });
+    if (twin(last) == kNone) visit(last);
+  }
+
   /// The half-edges that start at a vertex, and the vertices next to it.
   struct Ring {
     std::vector<std::uint32_t> half_edges;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace voxcarve {
@@ -15,7 +16,8 @@ class CostBuckets {
  public:
   /// `cost` may be infinite; what is not above 0 counts as 0.
   void push(std::uint32_t item, double cost) {
-    const float rounded = cost > 0 ? static_cast<float>(cost) : 0.0F;
+    constexpr double kMost = std::numeric_limits<float>::max();
+    const float rounded = cost > 0 ? static_cast<float>(std::min(cost, kMost)) : 0.0F;
     const std::size_t bucket = std::bit_cast<std::uint32_t>(rounded) >> kShift;
     buckets_[std::max(bucket, current_)].push_back(item);
   }
@@ -27,8 +29,8 @@ class CostBuckets {
   /// buckets, 4 for an octave. False when there is none.
   bool take(std::vector<std::uint32_t>& items, int coarseness) {
     items.clear();
-    skip_empty();
-    if (current_ == kBuckets) return false;
+    while (buckets_[current_].empty() && current_ + 1 < kBuckets) ++current_;
+    if (buckets_[current_].empty()) return false;
     items.swap(buckets_[current_]);
     const std::size_t last = current_ | ((std::size_t{1} << coarseness) - 1);
     while (current_ < last) {
@@ -38,17 +40,6 @@ class CostBuckets {
     }
     std::sort(items.begin(), items.end());
     return true;
-  }
-
-  bool empty() {
-    skip_empty();
-    return current_ == kBuckets;
-  }
-
-  /// Back to the first bucket, with nothing in any.
-  void clear() {
-    for (auto& bucket : buckets_) bucket.clear();
-    current_ = 0;
   }
 
   /// Gives each item the number new_number(item), or drops it where that is 0xffffffff.
@@ -64,10 +55,6 @@ class CostBuckets {
   static constexpr int kDigits = 4;            ///< of the cost that tell buckets apart
   static constexpr int kShift = 23 - kDigits;  // a float has 8 bits of exponent above 23 of digits
   static constexpr std::size_t kBuckets = std::size_t{256} << kDigits;
-
-  void skip_empty() {
-    while (current_ < kBuckets && buckets_[current_].empty()) ++current_;
-  }
 
   std::size_t current_ = 0;
   std::vector<std::vector<std::uint32_t>> buckets_ = std::vector<std::vector<std::uint32_t>>(kBuckets);

@@ -50,16 +50,15 @@ void QuadricCollapse<N>::run(std::uint32_t triangles, Stage& stage) {
   const auto coarseness = [triangles](std::uint32_t goal) {  // 16 buckets are an octave
     return goal / 16 > triangles ? 6 : goal / 4 > triangles ? 3 : 0;
   };
-  std::uint32_t at_last_fill = 0;
+  fill_queue(stage);
   while (table_.triangles() > triangles) {
-    if (queue_.empty()) {  // all that is left was refused; it gets one more chance after each change
-      if (table_.triangles() == at_last_fill) break;
-      at_last_fill = table_.triangles();
-      fill_queue(stage);
-    }
-    const std::uint32_t goal = std::max(triangles, table_.triangles() / 2);
+    const std::uint32_t before = table_.triangles();
+    const std::uint32_t goal = std::max(triangles, before / 2);
+    last_rounds_ = coarseness(goal) == 0;
     run_round(goal, coarseness(goal), stage);
     compact();
+    if (table_.triangles() == before) break;  // each edge that is left was refused, and nothing has changed since
+    requeue_refused();
   }
 }
 
@@ -85,7 +84,6 @@ void QuadricCollapse<N>::run_round(std::uint32_t goal, int coarseness, Stage& st
 
 template <int N>
 void QuadricCollapse<N>::fill_queue(Stage& stage) {
-  queue_.clear();
   for (std::uint32_t t = 0; t < table_.slots(); ++t) {
     if (t % kCheckInterval == 0) stage.advance(0);
     for (std::uint32_t half_edge = 4 * t; half_edge < 4 * t + 3; ++half_edge) {
@@ -113,10 +111,14 @@ void QuadricCollapse<N>::visit(std::uint32_t half_edge) {
   }
   Merger merged = merger(half_edge);
   put_on_end(half_edge, merged);
-  if (!is_allowed(half_edge, merged.point)) return;
+  if (!is_allowed(half_edge, merged.point)) {
+    mark = kRefused;
+    return;
+  }
   const std::uint32_t vertex = table_.start(half_edge);
   collapse(half_edge, merged);
   requeue_around(vertex);
+  if (last_rounds_) requeue_refused_near(vertex);
 }
 
 template <int N>
@@ -233,22 +235,38 @@ void QuadricCollapse<N>::carry_color(std::uint32_t start, std::uint32_t end, con
   carried_colors[start] += weight * (carried_colors[end] - carried_colors[start]);
 }
 
-/// The costs around a vertex that a collapse made are out of date. Edges that were refused get another chance, and of
-/// two edges that became one, one comes back that had no place in the queue.
+template <int N>
+void QuadricCollapse<N>::requeue(std::uint32_t edge) {
+  std::uint8_t& mark = table_.mark(edge);
+  if ((mark & kQueued) == 0) queue_.push_now(edge);
+  mark = kQueued | kStale;
+}
+
+/// The priorities around a vertex that a collapse made are out of date. Of two edges that became one, the one may come
+/// back here that had no place in the queue.
 template <int N>
 void QuadricCollapse<N>::requeue_around(std::uint32_t vertex) {
-  const auto requeue = [&](std::uint32_t half_edge) {
-    const std::uint32_t edge = table_.edge_of(half_edge);
-    std::uint8_t& mark = table_.mark(edge);
-    if ((mark & kQueued) == 0) queue_.push_now(edge);
-    mark = kQueued | kStale;
-  };
-  std::uint32_t last = kNone;
-  table_.for_each_leaving(vertex, [&](std::uint32_t half_edge) {
-    requeue(half_edge);
-    last = CornerTable::previous(half_edge);
-  });
-  if (table_.twin(last) == kNone) requeue(last);
+  table_.for_each_edge(vertex, [&](std::uint32_t edge) { requeue(edge); });
+}
+
+template <int N>
+void QuadricCollapse<N>::requeue_refused() {
+  for (std::uint32_t t = 0; t < table_.slots(); ++t) {
+    for (std::uint32_t half_edge = 4 * t; half_edge < 4 * t + 3; ++half_edge) {
+      if ((table_.mark(half_edge) & kRefused) != 0 && table_.edge_of(half_edge) == half_edge) requeue(half_edge);
+    }
+  }
+}
+
+/// Whether the triangles at a neighbour turn depends on this vertex.
+template <int N>
+void QuadricCollapse<N>::requeue_refused_near(std::uint32_t vertex) {
+  table_.gather(vertex, start_ring_);
+  for (const std::uint32_t neighbor : start_ring_.neighbors) {
+    table_.for_each_edge(neighbor, [&](std::uint32_t edge) {
+      if ((table_.mark(edge) & kRefused) != 0) requeue(edge);
+    });
+  }
 }
 
 template <int N>

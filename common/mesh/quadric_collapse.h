@@ -29,7 +29,8 @@ struct QuadricCollapseEvent {
 /// Evaluation is lazy: a collapse only marks the edges around it, and a marked edge is evaluated and put back into the
 /// queue when its turn comes. Q is a sum of functions that are nowhere negative, so it only rises, and but for W the
 /// turn would come too early, never too late; W makes it late by no more than the square root of its growth. Edges that
-/// were refused come back when one of their ends has changed.
+/// were refused come back when one of their ends has changed and at the start of a round; in the last rounds also when
+/// a vertex next to an end has.
 ///
 /// Collapses run in rounds that each halve the triangles and then close the gaps in memory. The last rounds order
 /// priorities to a sixteenth of an octave, the ones before, most of whose collapses any order would make, to half an
@@ -70,7 +71,8 @@ class QuadricCollapse {
  private:
   enum Mark : std::uint8_t {
     kQueued = 1,  ///< stands in a bucket
-    kStale = 2    ///< its cost is out of date
+    kStale = 2,   ///< its priority is out of date
+    kRefused = 4  ///< had its turn and was not allowed to collapse
   };
   /// The sum of two vertices' quadrics about the middle of their edge, and where the merged vertex goes.
   struct Merger {
@@ -91,7 +93,10 @@ class QuadricCollapse {
   void carry_color(std::uint32_t start, std::uint32_t end, const Vector& point);
   void fill_queue(Stage& stage);
   void visit(std::uint32_t half_edge);
+  void requeue(std::uint32_t edge);
   void requeue_around(std::uint32_t vertex);
+  void requeue_refused();
+  void requeue_refused_near(std::uint32_t vertex);
   void run_round(std::uint32_t goal, int coarseness, Stage& stage);
   void compact();
 
@@ -102,6 +107,7 @@ class QuadricCollapse {
   std::vector<std::uint32_t> triangle_source_;
   CostBuckets queue_;
   bool has_boundary_ = false;
+  bool last_rounds_ = false;
   CornerTable::Ring start_ring_, end_ring_;  ///< of the edge that is looked at
 };
 

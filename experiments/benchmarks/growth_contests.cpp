@@ -25,7 +25,7 @@ std::vector<Contest> growth_contests(const std::string& stage, const std::string
     Contest& contest = contests.emplace_back();
     contest.stage = stage;
     contest.work = series->points[p].work;
-    contest.contestants = {{"voxcarve", threads, series->points[p].prepare, 0, series->points[p].iterations}};
+    contest.contestants = {{"voxcarve", threads, series->points[p].prepare, false, series->points[p].iterations}};
     contest.rows = {{}};
     contest.afterwards = [series, p, unit](Tables& tables) {
       const double size = series->points[p].size;

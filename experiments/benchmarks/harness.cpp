@@ -67,7 +67,7 @@ class Harness::Reporter final : public benchmark::BenchmarkReporter {
   bool context_printed_ = false;
 };
 
-Harness::Harness() : reporter_(std::make_unique<Reporter>()) {}
+Harness::Harness(int rounds) : rounds_(rounds), reporter_(std::make_unique<Reporter>()) {}
 
 Harness::~Harness() = default;
 
@@ -80,15 +80,15 @@ bool Harness::failed() const {
   return reporter_->failed;
 }
 
-void Harness::run(const Contest& contest) {
-  std::vector<TimedRun> prepared(contest.contestants.size());
+bool Harness::run_round(const Contest& contest, std::vector<TimedRun>& prepared, int round) {
   for (std::size_t c = 0; c < contest.contestants.size(); ++c) {
     const Contestant& contestant = contest.contestants[c];
-    if (!contestant.prepare) continue;
+    if (!contestant.prepare || (contestant.once && round > 0)) continue;
     const std::string name = benchmark_name(contest, contestant);
-    auto* registered = benchmark::RegisterBenchmark(name.c_str(), [&, c, name](benchmark::State& state) {
+    const auto repetition = [&, c, name](benchmark::State& state) {
       try {
-        if (!prepared[c]) prepared[c] = contest.contestants[c].prepare();
+        if (!prepared[c]) prepared[c] = contestant.prepare();
+        if (contestant.warm_up) prepared[c]();
         double total = 0;
         for (auto _ : state) {
           const double seconds = prepared[c]();
@@ -102,14 +102,25 @@ void Harness::run(const Contest& contest) {
       } catch (const std::exception& error) {
         state.SkipWithError(error.what());
       }
-    });
-    registered->UseManualTime()->Unit(benchmark::kSecond)->Iterations(contestant.iterations);
-    if (contestant.repetitions > 0) registered->Repetitions(contestant.repetitions);
+    };
+    benchmark::RegisterBenchmark(name.c_str(), repetition)
+        ->UseManualTime()
+        ->Unit(benchmark::kSecond)
+        ->Iterations(contestant.iterations);
   }
+  const std::size_t matched = benchmark::RunSpecifiedBenchmarks(reporter_.get());
+  benchmark::ClearRegisteredBenchmarks();
+  matched_ += matched;
+  return matched > 0 && !reporter_->seconds.empty();
+}
+
+void Harness::run(const Contest& contest) {
+  std::vector<TimedRun> prepared(contest.contestants.size());
   reporter_->seconds.clear();
   reporter_->complaints.str("");
-  matched_ += benchmark::RunSpecifiedBenchmarks(reporter_.get());
-  benchmark::ClearRegisteredBenchmarks();
+  for (int round = 0; round < rounds_; ++round) {
+    if (!run_round(contest, prepared, round)) break;  // filtered out, or only listed
+  }
   if (reporter_->seconds.empty()) return;
 
   const auto seconds_of = [&](std::size_t index) {

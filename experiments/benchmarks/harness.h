@@ -1,4 +1,4 @@
-// Contests on Google Benchmark: ours and its peers on one input, their repetitions interleaved, then one row a pair.
+// Contests on Google Benchmark: ours and its peers on one input, in interleaved rounds, then one row a pair.
 #pragma once
 
 #include <chrono>
@@ -81,8 +81,11 @@ struct Contestant {
   int threads = 1;
   /// Called once, untimed, before the first run. Empty: not built in.
   std::function<TimedRun()> prepare;
-  int repetitions = 0;  ///< 0: as many as the command line says
-  int iterations = 1;   ///< runs within a repetition, whose mean counts: for what takes milliseconds
+  bool once = false;   ///< in the first round only: for what takes half a minute and is not judged by it
+  int iterations = 1;  ///< runs within a repetition, whose mean counts: for what takes milliseconds
+  /// An untimed run before every repetition. In a virtual machine that gives free memory back to its host, touching it
+  /// again costs several times what the voxelization of a large grid does, and who ran before decides who pays.
+  bool warm_up = true;
 };
 
 /// A row: which contestants stand in it (indices), and what is asked of their ratio.
@@ -100,7 +103,8 @@ struct Tables {
   std::vector<std::string> remarks;  ///< printed under the tables
 };
 
-/// What runs together: repetitions of all its contestants are shuffled, so that all meet the same moods of the machine.
+/// What runs together: in every round each of its contestants once, in random order. So all meet the same moods of the
+/// machine, which may last for less than a contest.
 struct Contest {
   std::string stage;
   std::string work;
@@ -123,7 +127,7 @@ std::string short_count(double count);
 /// Runs contests one after another and collects their tables.
 class Harness {
  public:
-  Harness();
+  explicit Harness(int rounds);
   ~Harness();
   Harness(const Harness&) = delete;
   Harness& operator=(const Harness&) = delete;
@@ -143,6 +147,10 @@ class Harness {
 
  private:
   class Reporter;
+  /// One repetition of every contestant that the filter lets through; false when nothing ran.
+  bool run_round(const Contest& contest, std::vector<TimedRun>& prepared, int round);
+
+  int rounds_;
   std::unique_ptr<Reporter> reporter_;
   Tables tables_;
   Table repetitions_{{"sequence", "benchmark", "seconds"}, {}};

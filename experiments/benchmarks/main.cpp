@@ -8,6 +8,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
@@ -22,30 +23,37 @@ namespace {
 
 struct Arguments {
   bool quick = false;
+  int rounds = 0;
   std::filesystem::path results = "build/bench";
   std::vector<std::string> to_google_benchmark;
 };
 
-/// Ours are taken out; the rest goes to Google Benchmark, after our defaults so that it wins.
+/// Ours and the number of repetitions are taken out; the rest goes to Google Benchmark.
 Arguments parse(int argc, char** argv) {
   constexpr std::string_view kResults = "--results=";
   Arguments arguments;
-  arguments.to_google_benchmark = {argv[0], "", "--benchmark_enable_random_interleaving=true"};
+  constexpr std::string_view kRepetitions = "--benchmark_repetitions=";
+  constexpr int kQuickRounds = 2;
+  // A round is one repetition of each contestant; Google Benchmark shuffles these.
+  arguments.to_google_benchmark = {argv[0], "--benchmark_enable_random_interleaving=true"};
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument == "--quick") {
       arguments.quick = true;
     } else if (argument.starts_with(kResults)) {
       arguments.results = argument.substr(kResults.size());
+    } else if (argument.starts_with(kRepetitions)) {
+      const auto rounds = argument.substr(kRepetitions.size());
+      const auto parsed = std::from_chars(rounds.data(), rounds.data() + rounds.size(), arguments.rounds);
+      if (parsed.ec != std::errc() || parsed.ptr != rounds.data() + rounds.size() || arguments.rounds < 1)
+        throw ParameterError(std::string(argument) + " is no number of repetitions");
     } else if (argument.starts_with("--benchmark_out")) {
       throw ParameterError("--benchmark_out would hold the last contest only; every repetition is in repetitions.csv");
     } else {
       arguments.to_google_benchmark.emplace_back(argument);
     }
   }
-  constexpr int kQuickRuns = 2;
-  arguments.to_google_benchmark[1] =
-      fmt::format("--benchmark_repetitions={}", arguments.quick ? kQuickRuns : static_cast<int>(kFewestRuns));
+  if (arguments.rounds == 0) arguments.rounds = arguments.quick ? kQuickRounds : static_cast<int>(kFewestRuns);
   return arguments;
 }
 
@@ -107,7 +115,7 @@ int run(int argc, char** argv) {
   for (const auto list :
        {pipeline_contests, voxelization_contests, isosurface_contests, reduction_contests, other_contests})
     std::ranges::move(list(scope), std::back_inserter(contests));
-  Harness harness;
+  Harness harness(arguments.rounds);
   for (Contest& contest : contests) {
     harness.run(contest);
     contest = {};  // and with it its input

@@ -32,8 +32,8 @@ struct Expected {
   bool stabbing;
 };
 
-/// What the paper's guidelines (3.3) say: parity repairs everything but what overlaps, stabbing everything but openings.
-/// "Neither ... can deal with models that have small cracks and interpenetrating parts."
+/// What the paper's guidelines (3.3) say: parity repairs everything but what overlaps, stabbing everything but
+/// openings. "Neither ... can deal with models that have small cracks and interpenetrating parts."
 const std::map<std::string, Expected> kExpected = {
     {"cracked-holes", {true, false}},
     {"cracked-cracks", {true, false}},

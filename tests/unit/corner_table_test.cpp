@@ -153,11 +153,11 @@ TEST(CornerTable, DescribesTheMesh) {
 }
 
 TEST(CornerTable, RefusesWhatIsNoOrientedManifold) {
-  EXPECT_FALSE(table_of(from_triangles(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}})));          // three at an edge
-  EXPECT_FALSE(table_of(from_triangles(5, {{0, 1, 2}, {1, 0, 3}, {1, 0, 4}})));          // three, two of them one way
-  EXPECT_FALSE(table_of(from_triangles(4, {{0, 1, 2}, {0, 1, 3}})));                     // turned against each other
-  EXPECT_FALSE(table_of(from_triangles(5, {{0, 1, 2}, {0, 3, 4}})));                     // two open fans at 0
-  EXPECT_FALSE(table_of(from_triangles(3, {{0, 1, 1}, {0, 1, 2}})));                     // names a vertex twice
+  EXPECT_FALSE(table_of(from_triangles(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}})));  // three at an edge
+  EXPECT_FALSE(table_of(from_triangles(5, {{0, 1, 2}, {1, 0, 3}, {1, 0, 4}})));  // three, two of them one way
+  EXPECT_FALSE(table_of(from_triangles(4, {{0, 1, 2}, {0, 1, 3}})));             // turned against each other
+  EXPECT_FALSE(table_of(from_triangles(5, {{0, 1, 2}, {0, 3, 4}})));             // two open fans at 0
+  EXPECT_FALSE(table_of(from_triangles(3, {{0, 1, 1}, {0, 1, 2}})));             // names a vertex twice
   TriangleSoup hourglass = test::joined({box(Point::Zero(), Point::Ones()), box(Point::Ones(), 2 * Point::Ones())});
   EXPECT_TRUE(table_of(hourglass));
   EXPECT_FALSE(table_of(merge_equal_positions(hourglass)));  // two closed fans at a corner

@@ -37,8 +37,7 @@ TEST(Netpbm, RowsComeFromTheTopAndBlackIsInterior) {
 TEST(Netpbm, ASingleValueKeepsItsMeaning) {
   EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P1 2 1 1 1", "file").values.values, (GridValues<float>{1, 1}));
   EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P1 2 1 0 0", "file").values.values, (GridValues<float>{0, 0}));
-  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2 2 1 255 200 200", "file").values.values,
-            (GridValues<float>{1, 1}));
+  EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2 2 1 255 200 200", "file").values.values, (GridValues<float>{1, 1}));
   EXPECT_EQ(parse_volume(VolumeFormat::kNetpbm, "P2 2 1 255 20 20", "file").values.values, (GridValues<float>{0, 0}));
 }
 
