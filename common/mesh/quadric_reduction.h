@@ -19,14 +19,13 @@ struct QuadricReductionOptions {
 /// error. An edge collapses only where the link condition holds (the surface keeps its topology), where no triangle
 /// around it turns by more than a right angle or loses its area, and a boundary vertex never leaves the boundary:
 /// quadrics of planes through boundary edges hold these in place, and an inner vertex goes to the boundary vertex that
-/// it merges with. A surface that is not an oriented manifold is cut at
-/// its singular edges and vertices first, with a notice. Triangle colours become those of the triangles that are left;
-/// vertex colours are interpolated, or optimised with the position when they take part.
+/// it merges with. A surface that is not an oriented manifold is cut at its singular edges and vertices first, with a
+/// notice. Triangle colours become those of the triangles that are left; vertex colours are interpolated, or optimised
+/// with the position when they take part.
 /// A notice says when no further edge may collapse before the count is reached. A soup that is within the count already
 /// comes back unchanged. Vertices that did not move keep their coordinates to the last bit, triangles their order. The
-/// same bytes for the same input, whatever the number of threads, of which it takes one.
-/// Throws ParameterError for a colour weight that is negative or not finite, ResourceError before exceeding the memory
-/// budget, and Cancelled.
+/// same bytes for the same input, whatever the number of threads; it takes one. Throws ParameterError for a colour
+/// weight that is negative or not finite, ResourceError before exceeding the memory budget, and Cancelled.
 TriangleSoup reduce_quadric(const TriangleSoup& soup, const QuadricReductionOptions& options, RunContext& context);
 
 }  // namespace voxcarve

@@ -73,6 +73,7 @@ Outcome outcome_of(const Model& model, const Method& method, int threads) {
   MetricOptions options;
   options.rays = 512;
   options.distance_samples = 500;
+  options.view_directions = 6;  // sanitizers make rays slow, and the number of directions is no matter here
   const ComparisonRow row =
       compare_methods(model, reference, {planned}, 500, options, context, [](const std::string&) {}).front();
   Outcome outcome;
