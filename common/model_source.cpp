@@ -11,6 +11,7 @@
 #include "common/run/text.h"
 #include "common/volume/io/volume_io.h"
 #include "common/volume/isosurface.h"
+#include "common/volume/models/volume_models.h"
 
 namespace voxcarve {
 
@@ -63,6 +64,25 @@ Model file_model(const std::filesystem::path& path, const ModelSourceOptions& op
   return Model{file_stem(path), read_mesh(path)};
 }
 
+/// A model of "NAME?key=value&key=value". What is none of the program's surfaces or files goes to the volume models,
+/// which know the names of all when it is nothing.
+Model named_model(const std::string& spec, const ModelSourceOptions& options, std::vector<std::string>& notices) {
+  const std::size_t question = spec.find('?');
+  const std::string name = spec.substr(0, question);
+  const bool has_parameters = question != std::string::npos && question + 1 < spec.size();
+  const bool external = std::ranges::any_of(external_models(), [&](const ExternalModel& m) { return m.name == name; });
+  if (external && !has_parameters) {
+    Model model = file_model(find_external(name, data_folder(options)), options, notices);
+    model.name = name;
+    return model;
+  }
+  const bool surface =
+      std::ranges::any_of(procedural_models(), [&](const ProceduralModel& m) { return m.info.name == name; });
+  // An external model with parameters is refused there.
+  if (surface || external) return Model{name, make_procedural(spec)};
+  return Model{name, make_volume(spec)};
+}
+
 }  // namespace
 
 std::filesystem::path data_folder(const ModelSourceOptions& options) {
@@ -72,21 +92,8 @@ std::filesystem::path data_folder(const ModelSourceOptions& options) {
 }
 
 Model open_model(const std::string& input, const ModelSourceOptions& options, std::vector<std::string>& notices) {
-  Model model;
-  if (input.starts_with(kModelPrefix)) {
-    const std::string spec = input.substr(kModelPrefix.size());
-    const std::string name = spec.substr(0, spec.find('?'));
-    const bool external =
-        std::ranges::any_of(external_models(), [&](const ExternalModel& m) { return m.name == name; });
-    if (external) {
-      model = file_model(find_external(name, data_folder(options)), options, notices);
-      model.name = name;
-    } else {
-      model = Model{name, make_procedural(spec)};
-    }
-  } else {
-    model = file_model(input, options, notices);
-  }
+  Model model = input.starts_with(kModelPrefix) ? named_model(input.substr(kModelPrefix.size()), options, notices)
+                                                : file_model(input, options, notices);
   validate(model);
   return model;
 }

@@ -50,11 +50,13 @@ std::shared_ptr<const LevelSequence> make_levels(std::vector<TriangleSoup> coars
 struct NamedVolume {
   std::string name;
   std::variant<BinaryVolume, DensityVolume> volume;
+  std::int64_t level = 0;  ///< the level that it belongs to
 };
 
 struct MethodResult {
   std::shared_ptr<const LevelSequence> levels;  ///< never null, at least one level
-  std::vector<NamedVolume> volumes;             ///< in the order of the stages; the last one is the result as a volume
+  /// In the order of the stages; the last one of each level is that level as a volume.
+  std::vector<NamedVolume> volumes;
   std::vector<StageTiming> timings;
   std::vector<std::string> notices;
 };
@@ -63,7 +65,7 @@ struct MethodResult {
 struct InvariantCheck {
   std::string name;  ///< "closed 2-manifold"
   bool holds = false;
-  std::string detail;  ///< what was counted, when it does not hold
+  std::string detail;  ///< what was counted
 };
 
 /// A topology-simplifying method. Objects are stateless: every member is const and may run on several threads at once.

@@ -9,10 +9,17 @@
 // One line a method: X(f) stands for `std::unique_ptr<Method> f()`, defined in the method's own folder.
 #define VOXCARVE_METHODS(X) \
   X(make_nooruddin_turk)    \
+  X(make_mason)             \
   X(make_identity)          \
   X(make_qslim)             \
+  X(make_dilate)            \
+  X(make_erode)             \
   X(make_open)              \
   X(make_close)             \
+  X(make_round)             \
+  X(make_fillet)            \
+  X(make_rf)                \
+  X(make_fr)                \
   X(make_alpha_wrap)
 
 namespace voxcarve {

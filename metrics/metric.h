@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -39,12 +40,13 @@ struct MetricColumn {
 
 /// Settings of all metrics.
 struct MetricOptions {
-  double hausdorff_error = 1e-3;          ///< width of the certified interval, share of the reference diagonal
-  std::int64_t distance_samples = 20000;  ///< area-uniform samples a side for mean and RMS
-  std::int64_t rays = 1 << 14;            ///< rays over all replicates of the symmetric difference
-  std::int64_t replicates = 8;            ///< at least 8
-  bool visible = true;                    ///< the pair metrics of the parts that are visible from outside
-  std::int64_t view_directions = 128;     ///< to look from, for these
+  double hausdorff_error = 1e-3;            ///< width of the certified interval, share of the reference diagonal
+  std::int64_t distance_samples = 20000;    ///< area-uniform samples a side for mean and RMS
+  std::int64_t rays = 1 << 14;              ///< rays over all replicates of the symmetric difference
+  std::int64_t replicates = 8;              ///< at least 8
+  bool visible = true;                      ///< the pair metrics of the parts that are visible from outside
+  std::int64_t view_directions = 128;       ///< to look from, for these
+  std::optional<double> regularity_radius;  ///< voxels: also count what of a volume is irregular at this radius
 };
 
 /// Columns of `measure_shape`, in its order.

@@ -23,8 +23,29 @@ std::optional<Number> read_number(std::string_view text) {
 std::string range_text(const ParameterSpec& spec) {
   const std::string low = std::isinf(spec.minimum) ? "" : " of at least " + format_real(spec.minimum);
   const std::string high = std::isinf(spec.maximum) ? "" : " and at most " + format_real(spec.maximum);
-  return (spec.type == ParameterType::kInteger ? "an integer" : "a real number") + low + high +
-         (spec.unit.empty() ? "" : " (" + spec.unit + ")");
+  const std::string kind = spec.type == ParameterType::kInteger ? "an integer"
+                           : spec.type == ParameterType::kReals ? "real numbers, separated by commas, each"
+                                                                : "a real number";
+  return kind + low + high + (spec.unit.empty() ? "" : " (" + spec.unit + ")");
+}
+
+std::optional<double> read_real(const ParameterSpec& spec, std::string_view text) {
+  const auto value = read_number<double>(text);
+  if (!value || !std::isfinite(*value) || *value < spec.minimum || *value > spec.maximum) return std::nullopt;
+  return value;
+}
+
+/// One real or several, separated by commas; nothing when one does not fit.
+std::optional<ParameterValue> read_reals(const ParameterSpec& spec, std::string_view text) {
+  std::vector<double> values;
+  for (;;) {
+    const std::size_t comma = text.find(',');
+    const auto value = read_real(spec, text.substr(0, comma));
+    if (!value) return std::nullopt;
+    values.push_back(*value);
+    if (comma == std::string_view::npos) return values;
+    text.remove_prefix(comma + 1);
+  }
 }
 
 /// The value that `text` means for `spec`, or nothing when it does not fit.
@@ -41,10 +62,12 @@ std::optional<ParameterValue> read_value(const ParameterSpec& spec, std::string_
       return *value;
     }
     case ParameterType::kReal: {
-      const auto value = read_number<double>(text);
-      if (!value || !std::isfinite(*value) || *value < spec.minimum || *value > spec.maximum) return std::nullopt;
+      const auto value = read_real(spec, text);
+      if (!value) return std::nullopt;
       return *value;
     }
+    case ParameterType::kReals:
+      return read_reals(spec, text);
     case ParameterType::kChoice:
       if (std::ranges::find(spec.choices, text) == spec.choices.end()) return std::nullopt;
       return std::string(text);
@@ -73,6 +96,8 @@ std::string_view to_string(ParameterType type) {
       return "integer";
     case ParameterType::kReal:
       return "real";
+    case ParameterType::kReals:
+      return "reals";
     case ParameterType::kChoice:
       return "choice";
   }
@@ -83,6 +108,11 @@ std::string to_string(const ParameterValue& value) {
   if (const auto* on = std::get_if<bool>(&value)) return *on ? "on" : "off";
   if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);
   if (const auto* real = std::get_if<double>(&value)) return format_real(*real);
+  if (const auto* reals = std::get_if<std::vector<double>>(&value)) {
+    std::vector<std::string> texts;
+    for (const double real : *reals) texts.push_back(format_real(real));
+    return join(texts, ",");
+  }
   return std::get<std::string>(value);
 }
 
@@ -119,6 +149,14 @@ ParameterSpec ParameterSpec::real(std::string name, std::string unit, double min
   spec.maximum = maximum;
   spec.default_value = default_value;
   spec.help = std::move(help);
+  return spec;
+}
+
+ParameterSpec ParameterSpec::reals(std::string name, std::string unit, double minimum, double maximum,
+                                   std::vector<double> default_value, std::string help) {
+  ParameterSpec spec = real(std::move(name), std::move(unit), minimum, maximum, 0, std::move(help));
+  spec.type = ParameterType::kReals;
+  spec.default_value = std::move(default_value);
   return spec;
 }
 
@@ -188,6 +226,9 @@ std::int64_t Parameters::integer(std::string_view name) const {
 }
 double Parameters::real(std::string_view name) const {
   return std::get<double>(at(name));
+}
+const std::vector<double>& Parameters::reals(std::string_view name) const {
+  return std::get<std::vector<double>>(at(name));
 }
 const std::string& Parameters::choice(std::string_view name) const {
   return std::get<std::string>(at(name));

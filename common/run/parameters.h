@@ -13,13 +13,13 @@
 
 namespace voxcarve {
 
-enum class ParameterType { kSwitch, kInteger, kReal, kChoice };
+enum class ParameterType { kSwitch, kInteger, kReal, kReals, kChoice };
 
-/// "switch", "integer", "real", "choice".
+/// "switch", "integer", "real", "reals", "choice".
 std::string_view to_string(ParameterType type);
 
-/// A value of one parameter: switch (on, off), integer, real or one of the choices.
-using ParameterValue = std::variant<bool, std::int64_t, double, std::string>;
+/// A value of one parameter: switch (on, off), integer, real, one of the choices, or a list of reals.
+using ParameterValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
 
 /// One line of a schema. Build it with the functions below.
 struct ParameterSpec {
@@ -37,6 +37,9 @@ struct ParameterSpec {
                                std::int64_t default_value, std::string help);
   static ParameterSpec real(std::string name, std::string unit, double minimum, double maximum, double default_value,
                             std::string help);
+  /// One real or several, separated by commas; the limits hold for each.
+  static ParameterSpec reals(std::string name, std::string unit, double minimum, double maximum,
+                             std::vector<double> default_value, std::string help);
   static ParameterSpec choice(std::string name, std::vector<std::string> choices, std::string default_value,
                               std::string help);
 };
@@ -67,6 +70,7 @@ class Parameters {
   bool toggle(std::string_view name) const;
   std::int64_t integer(std::string_view name) const;
   double real(std::string_view name) const;
+  const std::vector<double>& reals(std::string_view name) const;
   const std::string& choice(std::string_view name) const;
   bool has(std::string_view name) const;
 

@@ -1,6 +1,7 @@
 // Binary volumes of one bit a voxel.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "common/run/context.h"
@@ -50,8 +51,11 @@ class BitVolume {
   std::int64_t row_words() const { return row_words_; }
   BitWord* row(std::int64_t j, std::int64_t k) { return words_.data() + (k * dims_[1] + j) * row_words_; }
   const BitWord* row(std::int64_t j, std::int64_t k) const { return words_.data() + (k * dims_[1] + j) * row_words_; }
+  std::int64_t words() const { return static_cast<std::int64_t>(words_.size()); }
   BitWord& word(std::int64_t index) { return words_[static_cast<std::size_t>(index)]; }
+  bool get(std::int64_t i, std::int64_t j, std::int64_t k) const { return (row(j, k)[i / kWordBits] & bit_of(i)) != 0; }
   void clear() { words_.assign(words_.size(), 0); }
+  bool operator==(const BitVolume& other) const { return (dims_ == other.dims_) && words_ == other.words_; }
 
   /// Bytes that a volume of these dimensions holds.
   static std::uint64_t memory(const Index3& dims) {
@@ -64,7 +68,33 @@ class BitVolume {
   GridValues<BitWord> words_;
 };
 
+/// One bit a voxel, with `margin` more voxels on every side along each axis, which are `outside`.
+BitVolume packed(const BinaryVolume& volume, const Index3& margin, bool outside, RunContext& context);
+
 /// One byte a voxel. `frame` has the dimensions of `bits`.
 BinaryVolume expanded(const BitVolume& bits, const GridFrame& frame, RunContext& context);
+
+/// Likewise the part of `bits` that is left when `margin` voxels are taken off on every side: `frame` has its
+/// dimensions.
+BinaryVolume expanded(const BitVolume& bits, const GridFrame& frame, const Index3& margin, RunContext& context);
+
+/// Number of set bits.
+std::int64_t count_set(const BitVolume& bits, const RunContext& context);
+
+/// Calls combine(words, row_words, j, k) for every row of `bits`, on several threads: for operations word by word. The
+/// bits beyond a row's end must stay 0; `last_word_mask` tells them.
+template <class Combine>
+void for_each_row(BitVolume& bits, const RunContext& context, const Combine& combine) {
+  constexpr std::int64_t kWordsPerChunk = 1 << 14;
+  const std::int64_t rows = bits.dims()[1] * bits.dims()[2];
+  const std::int64_t grain = std::max<std::int64_t>(1, kWordsPerChunk / std::max<std::int64_t>(bits.row_words(), 1));
+  parallel_for(context, 0, rows, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t row = begin; row < end; ++row) {
+      const std::int64_t j = row % bits.dims()[1];
+      const std::int64_t k = row / bits.dims()[1];
+      combine(bits.row(j, k), bits.row_words(), j, k);
+    }
+  });
+}
 
 }  // namespace voxcarve

@@ -18,7 +18,8 @@ struct Labelling {
   std::int32_t count = 0;
 };
 
-/// Labels the components of {volume == value} within the grid; by flood fill, one voxel at a time.
+/// Labels the components of {volume == value} within the grid; `value` is 0 or 1. run_labelling.h gives them without a
+/// grid of labels.
 Labelling label_components(const BinaryVolume& volume, std::uint8_t value, Connectivity connectivity,
                            RunContext& context);
 

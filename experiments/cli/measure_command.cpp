@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/run/errors.h"
 #include "experiments/cli/checks.h"
@@ -28,26 +29,46 @@ struct MeasureOptions {
 
 struct Measured {
   TriangleSoup surface;
+  std::optional<BinaryVolume> volume;
   std::vector<Measurement> measurements;
 };
 
+void append(std::vector<Measurement>& all, const std::vector<Measurement>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
 Measured measure_one(Session& session, const std::string& input, const MetricOptions& options) {
-  const Model model = session.open(input);
+  Model model = session.open(input);
   session.announce(model.name);
   Measured measured;
   if (model.kind() != ModelKind::kImage) {  // an image has no surface; its voxels are measured below
     measured.surface = reference_surface(model, session.context());
     measured.measurements = measure_shape(measured.surface, options, session.context());
   }
-  if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
-    const auto of_volume = measure_volume(*volume, session.context());
-    measured.measurements.insert(measured.measurements.end(), of_volume.begin(), of_volume.end());
+  if (auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
+    append(measured.measurements, measure_volume(*volume, options, session.context()));
+    measured.volume = std::move(*volume);
   }
   return measured;
 }
 
+/// What can be said of a pair: of two volumes voxel by voxel, of two surfaces their distances.
+std::vector<Measurement> measure_both(Session& session, const Measured& a, const Measured& b,
+                                      const MeasureOptions& options) {
+  std::vector<Measurement> pair;
+  const bool volumes = a.volume && b.volume;
+  if (volumes) pair = measure_volume_pair(*a.volume, *b.volume, session.context());
+  if (!a.surface.empty() && !b.surface.empty()) {
+    append(pair, measure_pair(a.surface, b.surface, options.metrics, session.context()));
+  } else if (!volumes) {
+    throw InputError("a pair needs two surfaces or two volumes; " + (a.surface.empty() ? options.a : options.b) +
+                     " has no surface");
+  }
+  return pair;
+}
+
 std::string unit_of(const std::string& key) {
-  for (const auto* columns : {&shape_columns(), &pair_columns(), &volume_columns()}) {
+  for (const auto* columns : {&shape_columns(), &pair_columns(), &volume_columns(), &volume_pair_columns()}) {
     for (const MetricColumn& column : *columns) {
       if (column.key == key) return column.unit;
     }
@@ -70,10 +91,8 @@ void measure(const MeasureOptions& options) {
   add_rows(table, a.measurements, options.b.empty() ? "" : "a.");
   if (!options.b.empty()) {
     const Measured b = measure_one(session, options.b, options.metrics);
-    if (a.surface.empty() || b.surface.empty())
-      throw InputError("a pair needs two surfaces; " + (a.surface.empty() ? options.a : options.b) + " has none");
     session.announce("pair");
-    const auto pair = measure_pair(a.surface, b.surface, options.metrics, session.context());
+    const std::vector<Measurement> pair = measure_both(session, a, b, options);
     json["b"] = to_json(b.measurements);
     json.update(to_json(pair));
     add_rows(table, b.measurements, "b.");
@@ -104,6 +123,10 @@ void add_measure_command(CLI::App& app) {
       ->add_option("--view-directions", options->metrics.view_directions,
                    "directions that visibility is decided from (default 128)")
       ->check(in_range(2, 100000));
+  command
+      ->add_option("--radius", options->metrics.regularity_radius,
+                   "voxels: also count the voxels of volumes and images that are irregular for a ball of this radius")
+      ->check(in_range(0, 1000));
   command->add_option("--rays", options->metrics.rays, "rays of the symmetric difference (default 16384)")
       ->check(in_range(64, 1 << 30));
   command

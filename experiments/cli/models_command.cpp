@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,8 @@
 #include "common/mesh/models/catalogue.h"
 #include "common/mesh/models/procedural.h"
 #include "common/run/errors.h"
+#include "common/volume/io/volume_io.h"
+#include "common/volume/models/volume_models.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
@@ -25,15 +28,45 @@ bool is_present(const ExternalModel& model, const std::string& folder) {
   return !folder.empty() && std::filesystem::exists(std::filesystem::path(folder) / model.file, ignored);
 }
 
+/// A computed model of any kind.
+struct ComputedModel {
+  const ModelInfo* info;
+  std::string_view kind;
+};
+
+ComputedModel computed(const VolumeModel& model) {
+  return {&model.info, model.is_image ? "image" : "volume"};
+}
+
+/// Meshes, volumes and images in alphabetical order.
+std::vector<ComputedModel> computed_models() {
+  std::vector<ComputedModel> models;
+  for (const ProceduralModel& model : procedural_models()) models.push_back({&model.info, "mesh"});
+  for (const VolumeModel& model : volume_models()) models.push_back(computed(model));
+  std::ranges::sort(models, {}, [](const ComputedModel& model) { return model.info->name; });
+  return models;
+}
+
+/// Throws ParameterError, with the nearest name of all models, when there is none of that name.
+ComputedModel find_computed(const std::string& name) {
+  for (const ComputedModel& model : computed_models()) {
+    if (model.info->name == name) return model;
+  }
+  return computed(find_volume_model(name));
+}
+
+Json to_json(const ComputedModel& model) {
+  return {{"name", model.info->name},
+          {"kind", model.kind},
+          {"summary", model.info->summary},
+          {"stands_for", model.info->stands_for},
+          {"parameters", voxcarve::to_json(model.info->parameters)}};
+}
+
 void list_models(const std::string& folder, bool json) {
   if (json) {
     Json procedural = Json::array();
-    for (const ProceduralModel& model : procedural_models()) {
-      procedural.push_back({{"name", model.info.name},
-                            {"summary", model.info.summary},
-                            {"stands_for", model.info.stands_for},
-                            {"parameters", to_json(model.info.parameters)}});
-    }
+    for (const ComputedModel& model : computed_models()) procedural.push_back(to_json(model));
     Json external = Json::array();
     for (const ExternalModel& model : external_models()) {
       external.push_back({{"name", model.name},
@@ -48,10 +81,10 @@ void list_models(const std::string& folder, bool json) {
     print_json({{"procedural", procedural}, {"external", external}});
     return;
   }
-  Table procedural{{"procedural model", "stands for", "what it is"}, {}};
-  for (const ProceduralModel& model : procedural_models()) {
+  Table procedural{{"procedural model", "kind", "stands for", "what it is"}, {}};
+  for (const auto& [info, kind] : computed_models()) {
     procedural.rows.push_back(
-        {model.info.name, model.info.stands_for.empty() ? "-" : model.info.stands_for, model.info.summary});
+        {info->name, std::string(kind), info->stands_for.empty() ? "-" : info->stands_for, info->summary});
   }
   Table external{{"external model", "kind", "here", "stands for"}, {}};
   for (const ExternalModel& model : external_models()) {
@@ -77,31 +110,59 @@ void show_model(const std::string& name, bool json) {
     }
     return;
   }
-  const ModelInfo& info = find_procedural_model(name).info;
+  const ComputedModel model = find_computed(name);
   if (json) {
-    print_json({{"name", info.name},
-                {"summary", info.summary},
-                {"stands_for", info.stands_for},
-                {"parameters", to_json(info.parameters)}});
+    print_json(to_json(model));
   } else {
-    fmt::print("{}: {}\n  stands for: {}\nparameters\n{}", info.name, info.summary,
+    const ModelInfo& info = *model.info;
+    fmt::print("{} ({}): {}\n  stands for: {}\nparameters\n{}", info.name, model.kind, info.summary,
                info.stands_for.empty() ? "-" : info.stands_for, schema_text(info.parameters));
+  }
+}
+
+std::string grouped(std::int64_t count) {
+  return with_thousands(static_cast<long long>(count));
+}
+
+void write_surface(const std::string& name, const TriangleSoup& soup, const std::string& output, bool json) {
+  write_mesh(soup, output);
+  if (json) {
+    print_json({{"model", name},
+                {"vertices", soup.positions.size()},
+                {"triangles", soup.triangles.size()},
+                {"output", output}});
+  } else {
+    fmt::print("{}: {} vertices, {} triangles -> {}\n", name, grouped(std::ssize(soup.positions)),
+               grouped(std::ssize(soup.triangles)), output);
+  }
+}
+
+void write_binary_volume(const std::string& name, const BinaryVolume& volume, const std::string& output, bool json) {
+  write_volume(volume, output);
+  const std::int64_t interior = count_interior(volume);
+  if (json) {
+    print_json({{"model", name},
+                {"dims", {volume.nx(), volume.ny(), volume.nz()}},
+                {"interior", interior},
+                {"output", output}});
+  } else {
+    const bool image = volume.frame.is_image();
+    const std::string dims = image ? fmt::format("{} x {} pixels", volume.nx(), volume.ny())
+                                   : fmt::format("{} x {} x {} voxels", volume.nx(), volume.ny(), volume.nz());
+    fmt::print("{}: {}, {} interior -> {}\n", name, dims, grouped(interior), output);
   }
 }
 
 void write_model(Session& session, const std::string& name, const std::string& output) {
   const Model model = session.open(name.starts_with("model:") ? name : "model:" + name);
-  if (model.soup() == nullptr) throw InputError(name + " is a volume; only meshes are written here");
-  write_mesh(*model.soup(), output);
-  if (session.options().json) {
-    print_json({{"model", model.name},
-                {"vertices", model.soup()->positions.size()},
-                {"triangles", model.soup()->triangles.size()},
-                {"output", output}});
+  const bool json = session.options().json;
+  if (const TriangleSoup* soup = model.soup()) {
+    write_surface(model.name, *soup, output, json);
+  } else if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
+    write_binary_volume(model.name, *volume, output, json);
   } else {
-    fmt::print("{}: {} vertices, {} triangles -> {}\n", model.name,
-               with_thousands(static_cast<long long>(model.soup()->positions.size())),
-               with_thousands(static_cast<long long>(model.soup()->triangles.size())), output);
+    throw InputError(name + " is a " + std::string(to_string(model.kind())) +
+                     "; only meshes, binary volumes and images are written here");
   }
 }
 
@@ -118,7 +179,10 @@ void add_models_command(CLI::App& app) {
       app.add_subcommand("models", "list procedural and external models, show one, or write one to a file");
   CLI::Option* name =
       command->add_option("NAME", options->name, "a model, with parameters as NAME?key=value&key=value");
-  command->add_option("-o,--output", options->output, "mesh file to write it to")->needs(name);
+  command
+      ->add_option("-o,--output", options->output,
+                   "file to write it to: a mesh (PLY, OBJ, OFF, STL), volume (NRRD, MHD, MHA) or image (PNG, PBM, PGM)")
+      ->needs(name);
   add_common_options(*command, options->common);
   command->callback([options] {
     Session session(options->common);

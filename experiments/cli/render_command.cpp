@@ -8,9 +8,11 @@
 #include <utility>
 
 #include "common/run/errors.h"
+#include "common/run/text.h"
 #include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/session.h"
+#include "experiments/render/irregularity.h"
 #include "experiments/render/render.h"
 #include "experiments/runner/table.h"
 
@@ -35,6 +37,7 @@ struct Options {
   std::vector<double> window;  ///< two values or none
   double period = 0;           ///< 0: the default
   bool contour = false;
+  std::optional<double> irregular;  ///< radius in voxels
 };
 
 /// A panel and what --json says of it.
@@ -46,7 +49,7 @@ struct Panel {
 /// Refuses options that have nothing to act on, before anything is opened.
 void check_options(const Options& options) {
   if (options.captions.size() > options.shapes.size()) throw ParameterError("there are more captions than shapes");
-  const bool slice = !options.slice.empty();
+  const bool slice = !options.slice.empty() || options.irregular;
   if (slice && options.volume) throw ParameterError("--slice and --volume exclude each other; draw two pictures");
   const bool cyclic = options.map == "cyclic" || (options.map.empty() && options.distance);
   const auto only_with = [](bool given, bool sensible, const char* option, const char* with) {
@@ -57,6 +60,8 @@ void check_options(const Options& options) {
   only_with(!options.window.empty(), slice, "--window", "--slice");
   only_with(options.period > 0, slice, "--period", "--slice");
   only_with(options.contour, slice, "--contour", "--slice");
+  if (options.irregular && (options.distance || !options.map.empty() || !options.window.empty()))
+    throw ParameterError("--irregular has colours of its own; leave out --distance, --map and --window");
   only_with(slice && !options.window.empty(), !cyclic, "--window", "--map grey");
   only_with(slice && options.period > 0, cyclic, "--period", "--map cyclic");
   if (options.window.size() == 2 && !(options.window[0] < options.window[1]))
@@ -126,18 +131,24 @@ Panel slice_panel(const Model& model, const std::string& input, const Options& o
   if (!options.map.empty()) colors.map = options.map == "grey" ? ColorMap::kGrey : ColorMap::kCyclic;
   if (!options.window.empty()) std::tie(colors.low, colors.high) = std::pair(options.window[0], options.window[1]);
   if (options.period > 0) colors.period = options.period;
-  SlicePicture picture = color_slice(field, colors);
+  SlicePicture picture = options.irregular ? irregularity_slice(binary != nullptr ? *binary : thresholded(*scalar),
+                                                                position.axis, index, *options.irregular, context)
+                                           : color_slice(field, colors);
   if (options.contour) add_contour(picture, shape, iso_value);
 
   const std::string axis(1, "xyz"[position.axis]);
   Json description = {{"input", input},
                       {"kind", "slice"},
-                      {"shows", options.distance ? "distance" : "values"},
+                      {"shows", options.irregular  ? "irregularity"
+                                : options.distance ? "distance"
+                                                   : "values"},
                       {"axis", axis},
                       {"index", index},
                       {"slices", frame.dims[position.axis]},
                       {"voxels", dims_json(frame)}};
-  if (colors.map == ColorMap::kGrey) {
+  if (options.irregular) {
+    description["radius"] = *options.irregular;
+  } else if (colors.map == ColorMap::kGrey) {
     description["map"] = "grey";
     description["window"] = {colors.low, colors.high};
   } else {
@@ -145,8 +156,10 @@ Panel slice_panel(const Model& model, const std::string& input, const Options& o
     description["period"] = colors.period;
   }
   if (options.contour || options.distance) description["iso_value"] = iso_value;
-  const std::string caption = model.name + "\n" + (options.distance ? "distance, " : "") + "slice " + axis + " = " +
-                              std::to_string(index) + " of " + std::to_string(frame.dims[position.axis]);
+  const std::string caption =
+      model.name + "\n" + (options.distance ? "distance, " : "") +
+      (options.irregular ? "irregular at radius " + format_real(*options.irregular) + ", " : "") + "slice " + axis +
+      " = " + std::to_string(index) + " of " + std::to_string(frame.dims[position.axis]);
   return {{std::move(picture), caption}, std::move(description)};
 }
 
@@ -178,7 +191,9 @@ Panel mesh_panel(const Model& model, const std::string& input, RunContext& conte
 
 Panel make_panel(const std::string& input, const Options& options, SliceRequest& request, Session& session) {
   Model model = session.open(input);
-  if (!options.slice.empty()) return slice_panel(model, input, options, request, session.context());
+  const bool image = model.kind() == ModelKind::kImage && !options.volume;
+  if (!options.slice.empty() || options.irregular || image)
+    return slice_panel(model, input, options, request, session.context());
   const bool has_voxels = model.kind() != ModelKind::kSoup && model.kind() != ModelKind::kImplicitSolid;
   if (options.volume && has_voxels) return volume_panel(std::move(model), input, session.context());
   return mesh_panel(model, input, session.context());
@@ -218,7 +233,8 @@ void render(const Options& options) {
 void add_volume_options(CLI::App& command, Options& options) {
   command.add_option(
       "--slice", options.slice,
-      "draw a slice of volumes instead: x, y or z, with a voxel index from 0 or a share of the extent: "
+      "draw a slice of volumes instead (images always are): x, y or z, with a voxel index from 0 or a share of the "
+      "extent: "
       "z=12, z=50% (default 50%), of the first volume; others in the same plane, or with --separate each "
       "by itself. Seen from +x, -y, +z; high values are light, interior white");
   command
@@ -241,6 +257,11 @@ void add_volume_options(CLI::App& command, Options& options) {
                   "slice: of the cyclic colours, in voxels with --distance, else in the volume's units (default 16)")
       ->check(in_range(1e-30, 3e38));
   command.add_flag("--contour", options.contour, "slice: draw the line where the volume crosses its iso-value");
+  command
+      .add_option("--irregular", options.irregular,
+                  "slice (default z): show what is irregular for a ball of this radius in voxels: the core black, the "
+                  "anticore white, inner-irregular voxels red, outer-irregular ones green")
+      ->check(in_range(0, 1000));
   command.add_flag("--volume", options.volume,
                    "draw volumes by casting rays into their voxels, opaque from the iso-value on (--iso; 0.5 of a "
                    "binary one), instead of their isosurface; meshes beside them stay meshes");

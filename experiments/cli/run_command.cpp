@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include "common/mesh/io/mesh_io.h"
 #include "common/run/atomic_file.h"
 #include "common/run/errors.h"
+#include "common/run/text.h"
 #include "common/volume/io/volume_io.h"
 #include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
@@ -28,6 +30,7 @@ struct RunOptions {
   std::string input;
   std::string output;
   std::string report;
+  std::string volume;
   std::vector<std::string> settings;
   std::int64_t triangles = 0;
   std::int64_t vertices = 0;
@@ -36,18 +39,18 @@ struct RunOptions {
 };
 
 /// The level that --level, --vertices or --triangles asks for; the finest without them.
-TriangleSoup choose_level(const MethodResult& result, const RunOptions& options) {
+ChosenLevel choose_level(const MethodResult& result, const RunOptions& options) {
   const std::int64_t levels = result.levels->size();
   if (options.level >= levels) {
     throw ParameterError("there is no level " + std::to_string(options.level) + ": this result has " +
                          std::to_string(levels) + ", numbered from 0, the coarsest");
   }
-  if (options.level >= 0) return result.levels->extract(options.level);
+  if (options.level >= 0) return {options.level, result.levels->extract(options.level)};
   if (options.vertices == 0) return level_for_budget(result, options.triangles);
   for (std::int64_t index = levels - 1;; --index) {
     TriangleSoup level = result.levels->extract(index);
     const auto distinct = static_cast<std::int64_t>(merge_equal_positions(level).positions.size());
-    if (index == 0 || distinct <= options.vertices) return level;
+    if (index == 0 || distinct <= options.vertices) return {index, std::move(level)};
   }
 }
 
@@ -73,10 +76,26 @@ void require_folder(const std::string& file) {
     throw ResourceError("cannot write " + file + ": there is no folder " + folder.string());
 }
 
-/// A volume file takes the result's volume, on the input's grid where the input is a volume and the result fits it.
-void write_result_volume(const MethodResult& result, const Model& model, const std::string& output) {
+/// The volume that --volume names, of the level chosen or of all levels; the result of that level without it.
+const NamedVolume& choose_volume(const MethodResult& result, std::int64_t level, const RunOptions& options) {
   if (result.volumes.empty())
-    throw ParameterError("this run has no volume to write to " + output + "; name a PLY, OBJ, OFF or STL file");
+    throw ParameterError("this run has no volume to write to " + options.output + "; name a PLY, OBJ, OFF or STL file");
+  const NamedVolume* chosen = nullptr;
+  std::vector<std::string> names;
+  for (const NamedVolume& volume : result.volumes) {
+    if (std::ranges::find(names, volume.name) == names.end()) names.push_back(volume.name);
+    const bool named = options.volume.empty() || volume.name == options.volume;
+    if (named && (volume.level == level || chosen == nullptr)) chosen = &volume;
+  }
+  if (chosen == nullptr) {
+    throw ParameterError("this run has no volume '" + options.volume + "'" + suggestion(options.volume, names) +
+                         "; it has " + join(names));
+  }
+  return *chosen;
+}
+
+/// A volume file takes a volume of the result, on the input's grid where the input is a volume and the result fits it.
+void write_result_volume(const NamedVolume& chosen, const Model& model, const std::string& output) {
   std::visit(
       [&](const auto& volume) {
         const auto* input = std::get_if<BinaryVolume>(&model.shape);
@@ -86,17 +105,19 @@ void write_result_volume(const MethodResult& result, const Model& model, const s
         const bool fits = resized(on_input, volume.frame) == volume;
         write_volume(fits ? on_input : volume, output);
       },
-      result.volumes.back().volume);
+      chosen.volume);
 }
 
 Json run_report(const Model& model, const Method& method, const Parameters& parameters, const MethodResult& result,
-                const TriangleSoup& surface, const std::vector<InvariantCheck>& checks, const RunOptions& options) {
+                std::int64_t level, const TriangleSoup& surface, const std::vector<InvariantCheck>& checks,
+                const RunOptions& options) {
   Json json = {{"program", "voxcarve " + version()},
                {"method", method.info().name},
                {"model", model.name},
                {"parameters", to_json(parameters)},
                {"seed", options.common.seed},
                {"levels", result.levels->size()},
+               {"level", level},
                {"vertices", surface.positions.size()},
                {"triangles", surface.triangles.size()},
                {"notices", result.notices},
@@ -114,6 +135,8 @@ Json run_report(const Model& model, const Method& method, const Parameters& para
 void run(const RunOptions& options) {
   const Method& method = find_method(options.method);
   const Parameters parameters = parameters_for_budget(method, options.triangles, options.settings);
+  if (!options.volume.empty() && (options.output.empty() || !is_volume_file(options.output)))
+    throw ParameterError("--volume needs an output file that holds a volume: NRRD, MHD, PNG, PGM or PBM");
   const bool wants_volume = !options.output.empty() && is_volume_file(options.output);
   if (!options.output.empty() && !wants_volume && !mesh_format(options.output)) {
     throw ParameterError(
@@ -130,16 +153,17 @@ void run(const RunOptions& options) {
   const Model model = session.open(options.input);
   session.announce(method.info().name);
   MethodResult result = method.run(model, parameters, session.context());
-  const TriangleSoup surface = choose_level(result, options);
+  const ChosenLevel level = choose_level(result, options);
+  const TriangleSoup& surface = level.surface;
   if (const std::string missed = missed_budget(surface, options); !missed.empty()) result.notices.push_back(missed);
   std::vector<InvariantCheck> checks;
   if (options.check_invariants) checks = method.check_invariants(model, parameters, result, session.context());
   if (wants_volume) {
-    write_result_volume(result, model, options.output);
+    write_result_volume(choose_volume(result, level.index, options), model, options.output);
   } else if (!options.output.empty()) {
     write_mesh(surface, options.output);
   }
-  const Json report = run_report(model, method, parameters, result, surface, checks, options);
+  const Json report = run_report(model, method, parameters, result, level.index, surface, checks, options);
   if (!options.report.empty()) write_file_atomically(options.report, json_text(report) + "\n");
   session.print_notices(result.notices);
   session.print_timings(result.timings);
@@ -173,8 +197,12 @@ void add_run_command(CLI::App& app) {
       ->add_option("INPUT", options->input,
                    "a mesh, volume or image file, or model:NAME?key=value&... (voxcarve models)")
       ->required();
-  command->add_option("-o,--output", options->output,
-                      "file for the result: PLY, OBJ, OFF, STL for the mesh; NRRD, MHD for the volume");
+  command->add_option(
+      "-o,--output", options->output,
+      "file for the result: PLY, OBJ, OFF, STL for the mesh; NRRD, MHD for the volume; PNG, PGM, PBM for the "
+      "image");
+  command->add_option("--volume", options->volume,
+                      "which volume of the result a volume file takes, such as mortar (default: the result itself)");
   command->add_option("--set", options->settings, "parameters as name=value (voxcarve methods NAME lists them)")
       ->allow_extra_args();
   command->add_option("--triangles", options->triangles, "triangle budget of the result (0: as it comes)")

@@ -37,7 +37,7 @@ void run_method(const Model& model, const PlannedRun& planned, std::int64_t tria
   const auto start = std::chrono::steady_clock::now();
   attempt(row, "", [&] {
     const MethodResult result = planned.method->run(model, planned.parameters, context);
-    row.surface = level_for_budget(result, triangles);
+    row.surface = level_for_budget(result, triangles).surface;
     row.timings = result.timings;
     row.notices = result.notices;
   });
@@ -75,14 +75,13 @@ Parameters parameters_for_budget(const Method& method, std::int64_t triangles, s
   return Parameters::parse(schema, settings, method.info().name);
 }
 
-TriangleSoup level_for_budget(const MethodResult& result, std::int64_t triangles) {
-  const std::int64_t levels = result.levels->size();
-  TriangleSoup level = result.levels->extract(levels - 1);
-  for (std::int64_t index = levels - 2; triangles > 0 && index >= 0; --index) {
-    if (static_cast<std::int64_t>(level.triangles.size()) <= triangles) break;
-    level = result.levels->extract(index);
+ChosenLevel level_for_budget(const MethodResult& result, std::int64_t triangles) {
+  std::int64_t index = result.levels->size() - 1;
+  TriangleSoup surface = result.levels->extract(index);
+  while (index > 0 && triangles > 0 && static_cast<std::int64_t>(surface.triangles.size()) > triangles) {
+    surface = result.levels->extract(--index);
   }
-  return level;
+  return {index, std::move(surface)};
 }
 
 std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference,

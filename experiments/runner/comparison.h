@@ -42,9 +42,15 @@ std::string_view to_string(RunStatus status);
 /// Throws ParameterError.
 Parameters parameters_for_budget(const Method& method, std::int64_t triangles, std::vector<std::string> settings);
 
+/// A level of a result.
+struct ChosenLevel {
+  std::int64_t index = 0;
+  TriangleSoup surface;
+};
+
 /// The level that meets the budget: the finest with at most `triangles` triangles, or the coarsest. 0 asks for the
 /// finest.
-TriangleSoup level_for_budget(const MethodResult& result, std::int64_t triangles);
+ChosenLevel level_for_budget(const MethodResult& result, std::int64_t triangles);
 
 /// Runs and measures every entry of the plan. A method that does not apply is skipped, one that fails is a row with
 /// its reason; only Cancelled leaves. `reference` is the surface that results are measured against.

@@ -16,8 +16,4 @@ std::unique_ptr<Method> make_qslim();
 /// CGAL's Alpha_wrap_3 [AW22]: an offset surface shrink-wrapped by Delaunay refinement, then reduced.
 std::unique_ptr<Method> make_alpha_wrap();
 
-/// Opening and closing by a ball, alone.
-std::unique_ptr<Method> make_open();
-std::unique_ptr<Method> make_close();
-
 }  // namespace voxcarve

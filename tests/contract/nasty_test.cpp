@@ -36,7 +36,7 @@ void survive(const Model& model) {
     RunContext context;
     TriangleSoup surface;
     try {
-      surface = level_for_budget(method->run(model, quick_parameters(*method), context), 200);
+      surface = level_for_budget(method->run(model, quick_parameters(*method), context), 200).surface;
     } catch (const Error& error) {
       const std::string message = error.what();
       EXPECT_FALSE(message.empty());

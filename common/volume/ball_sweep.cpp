@@ -1,0 +1,347 @@
+// Based on [MRH00], whose three passes take the axes apart; differs in stopping at the ball's radius. Beyond it nothing
+// matters, so distances along y are bytes, squares in the plane 16 bits, and along z no distances are needed at all:
+// a voxel whose nearest feature in its slice lies at d covers sqrt(r^2 - d^2) voxels before and behind it, and a sweep
+// that counts down knows what is covered. Slices pass through a ring that holds as many of them as the radius asks for.
+#include "common/volume/ball_sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "common/volume/vectorized.h"
+#include "common/volume/workspace_pool.h"
+
+namespace voxcarve {
+
+namespace {
+
+using Byte = std::uint8_t;
+using Square = std::uint16_t;
+
+constexpr std::int64_t kTile = 32;  ///< voxels of a row that are treated together
+/// Squares of a tile, as two registers of the widest kind.
+using Lanes [[gnu::vector_size(32)]] = Square;
+constexpr std::int64_t kLanes = kTile / 2;
+
+/// Distances along a column grow by one from voxel to voxel, up to `limit`; `keep` is 0 at features and 255 elsewhere.
+VOXCARVE_VECTORIZED void count_on(const Byte* before, const Byte* keep, Byte limit, std::int64_t length, Byte* count) {
+  for (std::int64_t i = 0; i < length; ++i) {
+    const auto next = static_cast<Byte>(before[i] + 1);
+    count[i] = static_cast<Byte>((next < limit ? next : limit) & keep[i]);
+  }
+}
+
+/// The same backwards: what was counted from the one side, or one more than the next voxel's.
+VOXCARVE_VECTORIZED void count_back(const Byte* behind, std::int64_t length, Byte* count) {
+  for (std::int64_t i = 0; i < length; ++i) {
+    const auto next = static_cast<Byte>(behind[i] + 1);
+    count[i] = next < count[i] ? next : count[i];
+  }
+}
+
+/// The least count of every tile; `count` is readable up to the end of the last one.
+VOXCARVE_VECTORIZED void least_of_tiles(const Byte* count, std::int64_t tiles, Byte* least) {
+  for (std::int64_t t = 0; t < tiles; ++t) {
+    Byte low = count[t * kTile];
+    for (std::int64_t i = 1; i < kTile; ++i) low = count[t * kTile + i] < low ? count[t * kTile + i] : low;
+    least[t] = low;
+  }
+}
+
+VOXCARVE_VECTORIZED void square(const Byte* count, std::int64_t length, Square* squares) {
+  for (std::int64_t i = 0; i < length; ++i) squares[i] = static_cast<Square>(count[i] * count[i]);
+}
+
+/// The least of squares[x + d] + d^2 over 0 and from <= |d| <= to, for the voxels x of a tile. Stops at the first d
+/// that no longer changes anything.
+VOXCARVE_VECTORIZED void nearest_in_row(const Square* squares, std::int64_t from, std::int64_t to, Square* nearest) {
+  Lanes first;
+  Lanes second;
+  std::memcpy(&first, squares, sizeof(first));
+  std::memcpy(&second, squares + kLanes, sizeof(second));
+  for (std::int64_t d = from; d <= to; ++d) {
+    const Lanes step = Lanes{} + static_cast<Square>(d * d);
+    if (d % 4 == 1 || d == from) {
+      const auto more = (first > step) | (second > step);
+      std::array<std::uint64_t, 4> words;
+      std::memcpy(words.data(), &more, sizeof(words));
+      if ((words[0] | words[1] | words[2] | words[3]) == 0) break;
+    }
+    Lanes left;
+    Lanes right;
+    std::memcpy(&left, squares - d, sizeof(left));
+    std::memcpy(&right, squares + d, sizeof(right));
+    Lanes least = (left < right ? left : right) + step;
+    first = least < first ? least : first;
+    std::memcpy(&left, squares - d + kLanes, sizeof(left));
+    std::memcpy(&right, squares + d + kLanes, sizeof(right));
+    least = (left < right ? left : right) + step;
+    second = least < second ? least : second;
+  }
+  std::memcpy(nearest, &first, sizeof(first));
+  std::memcpy(nearest + kLanes, &second, sizeof(second));
+}
+
+/// What a slice covers of the next one: a voxel less, or what that one covers by itself.
+VOXCARVE_VECTORIZED void cover(const Byte* before, std::int64_t length, Byte* covered) {
+  for (std::int64_t i = 0; i < length; ++i) {
+    const auto carried = static_cast<Byte>(before[i] - (before[i] != 0));
+    covered[i] = carried > covered[i] ? carried : covered[i];
+  }
+}
+
+/// Bit i of the result is set where bytes[i], which is 0 or 1, is 1.
+BitWord gather(const Byte* bytes) {
+  BitWord word = 0;
+  for (int byte = 0; byte < 8; ++byte) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes + 8 * byte, sizeof(eight));
+    word |= (eight * 0x0102040810204080U >> 56) << 8 * byte;
+  }
+  return word;
+}
+
+VOXCARVE_VECTORIZED void make_flags(const Byte* covered, std::int64_t length, Byte* flags) {
+  for (std::int64_t i = 0; i < length; ++i) flags[i] = covered[i] != 0;
+}
+
+/// 255 for every bit that is 0, 0 for every bit that is 1.
+constexpr auto kKeepOf = [] {
+  std::array<std::array<Byte, 8>, 256> table{};
+  for (std::size_t bits = 0; bits < table.size(); ++bits) {
+    for (std::size_t i = 0; i < 8; ++i) table[bits][i] = (bits >> i & 1) != 0 ? 0 : 255;
+  }
+  return table;
+}();
+
+class BallSweep {
+ public:
+  BallSweep(const BitVolume& volume, const Features& features, std::int64_t squared_reach, bool inverted)
+      : volume_(volume),
+        features_(features),
+        inverted_(inverted),
+        dims_(volume.dims()),
+        row_words_(volume.row_words()),
+        row_bytes_(row_words_ * kWordBits),
+        reach_(squared_reach),
+        radius_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(squared_reach) + 0.5))),
+        far_(static_cast<Byte>(radius_ + 1)),
+        block_(block_slices(radius_)),
+        ring_(std::min(dims_[2], block_ + radius_)),
+        covered_(static_cast<std::size_t>(ring_ * dims_[1] * row_bytes_)),
+        empty_(static_cast<std::size_t>(ring_)) {
+    covers_.resize(static_cast<std::size_t>((radius_ + 1) * (radius_ + 1) + 1));
+    for (std::int64_t squared = 0; squared <= reach_; ++squared) {
+      covers_[static_cast<std::size_t>(squared)] =
+          static_cast<Byte>(1 + static_cast<std::int64_t>(std::sqrt(static_cast<double>(reach_ - squared) + 0.5)));
+    }
+  }
+
+  BitVolume run(RunContext& context) {
+    BitVolume result(dims_);
+    std::int64_t known = 0;  // slices whose cover is in the ring, carried on from below
+    std::vector<Byte> carried(static_cast<std::size_t>(dims_[1] * row_bytes_), outside_cover());
+    for (std::int64_t begin = 0; begin < dims_[2]; begin += block_) {
+      const std::int64_t end = std::min(begin + block_, dims_[2]);
+      const std::int64_t wanted = std::min(end + radius_, dims_[2]);
+      parallel_for(context, known, wanted, 1, [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t k = first; k < last; ++k) cover_within_slice(k);
+      });
+      const std::int64_t rows = std::max<std::int64_t>(1, (1 << 14) / row_bytes_);
+      parallel_for(context, 0, dims_[1], rows, [&](std::int64_t first, std::int64_t last) {
+        sweep(first, last, known, begin, end, wanted, carried, result);
+      });
+      known = wanted;
+    }
+    return result;
+  }
+
+  static std::uint64_t memory(const Index3& dims, std::int64_t squared_reach) {
+    const auto radius = static_cast<std::int64_t>(std::sqrt(static_cast<double>(squared_reach) + 0.5));
+    const std::int64_t ring = std::min(dims[2], block_slices(radius) + radius);
+    return BitVolume::memory(dims) + static_cast<std::uint64_t>((ring + 1) * dims[1] * words_for(dims[0]) * kWordBits);
+  }
+
+ private:
+  /// Slices of the result that are made between two waits for all threads.
+  static std::int64_t block_slices(std::int64_t radius) { return std::max<std::int64_t>(16, radius); }
+
+  Byte* row(std::int64_t j, std::int64_t k) { return covered_.data() + (k % ring_ * dims_[1] + j) * row_bytes_; }
+
+  /// What features outside cover of the first and of the last slice, plus one.
+  Byte outside_cover() const { return features_.outside && dims_[2] > 1 ? far_ : 0; }
+
+  BitWord feature_word(BitWord word, std::int64_t w) const {
+    if (features_.value) return word;
+    return ~word & (w + 1 == row_words_ ? last_word_mask(dims_[0]) : kAllBits);
+  }
+
+  /// Buffers of one thread.
+  struct Rows {
+    std::vector<Byte> count;     ///< final distances along y of the row behind
+    std::vector<Byte> keep;      ///< 0 at features, else 255
+    std::vector<Byte> least;     ///< of every tile
+    std::vector<Byte> gap_left;  ///< of every tile, the tiles from the last one with a feature in reach; likewise right
+    std::vector<Square> squares;
+    std::int64_t margin = 0;  ///< of `squares` before voxel 0
+  };
+
+  Rows make_rows() const {
+    Rows rows;
+    rows.count.resize(static_cast<std::size_t>(row_bytes_));
+    rows.keep.resize(static_cast<std::size_t>(row_bytes_));
+    rows.least.resize(static_cast<std::size_t>(row_bytes_ / kTile));
+    rows.gap_left.resize(rows.least.size());
+    rows.margin = radius_ + 1;
+    // Outside the row nothing is near, but for its first voxel on either side when features lie there.
+    rows.squares.assign(static_cast<std::size_t>(row_bytes_ + 2 * rows.margin), static_cast<Square>(far_ * far_));
+    return rows;
+  }
+
+  void cover_within_slice(std::int64_t k) {
+    std::unique_ptr<Rows> rows = pool_.take([this] { return make_rows(); });
+    bool empty = !features_.outside;
+    for (std::int64_t j = 0; empty && j < dims_[1]; ++j) {
+      const BitWord* words = volume_.row(j, k);
+      for (std::int64_t w = 0; empty && w < row_words_; ++w) empty = feature_word(words[w], w) == 0;
+    }
+    empty_[static_cast<std::size_t>(k % ring_)] = empty;
+    if (empty) {
+      std::memset(row(0, k), 0, static_cast<std::size_t>(dims_[1] * row_bytes_));
+    } else {
+      cover_occupied_slice(k, *rows);
+    }
+    pool_.give(std::move(rows));
+  }
+
+  void cover_occupied_slice(std::int64_t k, Rows& rows) {
+    std::ranges::fill(rows.count, features_.outside ? Byte{0} : far_);
+    const Byte* before = rows.count.data();
+    for (std::int64_t j = 0; j < dims_[1]; ++j) {
+      const BitWord* words = volume_.row(j, k);
+      for (std::int64_t w = 0; w < row_words_; ++w) {
+        const BitWord word = feature_word(words[w], w);
+        for (int byte = 0; byte < 8; ++byte) {
+          std::memcpy(rows.keep.data() + w * kWordBits + 8 * byte, kKeepOf[word >> 8 * byte & 0xff].data(), 8);
+        }
+      }
+      count_on(before, rows.keep.data(), far_, row_bytes_, row(j, k));
+      before = row(j, k);
+    }
+    std::ranges::fill(rows.count, features_.outside ? Byte{0} : far_);
+    for (std::int64_t j = dims_[1] - 1; j >= 0; --j) {
+      Byte* counts = row(j, k);
+      count_back(rows.count.data(), row_bytes_, counts);
+      std::memcpy(rows.count.data(), counts, static_cast<std::size_t>(row_bytes_));
+      // Past the row's end there is nothing, or a feature at once.
+      std::memset(counts + dims_[0], far_, static_cast<std::size_t>(row_bytes_ - dims_[0]));
+      cover_within_row(counts, rows);
+    }
+  }
+
+  /// Replaces distances along y by what each voxel covers along z, plus one; 0 where it covers nothing.
+  void cover_within_row(Byte* counts, Rows& rows) {
+    const std::int64_t tiles = row_bytes_ / kTile;
+    Square* squares = rows.squares.data() + rows.margin;
+    least_of_tiles(counts, tiles, rows.least.data());
+    square(counts, row_bytes_, squares);
+    const auto none = static_cast<Square>(far_ * far_);
+    squares[-1] = features_.outside ? 0 : none;
+    if (features_.outside) squares[dims_[0]] = 0;
+    const auto occupied = [&](std::int64_t t) { return rows.least[static_cast<std::size_t>(t)] < far_; };
+    std::int64_t last = features_.outside ? -1 : -row_bytes_;  // position of the last tile's end with anything near
+    std::int64_t next = -1;                                    // first voxel of the next such tile
+    for (std::int64_t t = 0; t < tiles; ++t) {
+      const std::int64_t x = t * kTile;
+      std::array<Square, kTile> nearest;
+      std::int64_t from = 1;  // the distance along x from which on there can be anything
+      if (!occupied(t)) {
+        if (next <= x) {
+          std::int64_t ahead = t + 1;
+          while (ahead < tiles && !occupied(ahead)) ++ahead;
+          next = ahead < tiles ? ahead * kTile : features_.outside ? dims_[0] : 2 * row_bytes_;
+        }
+        from = std::max<std::int64_t>(1, std::min(x - last, next - (x + kTile - 1)));
+      }
+      if (!occupied(t) && from > radius_) {
+        std::memset(counts + x, 0, kTile);
+      } else {
+        nearest_in_row(squares + x, from, radius_, nearest.data());
+        for (std::int64_t i = 0; i < kTile; ++i) counts[x + i] = covers_[nearest[static_cast<std::size_t>(i)]];
+      }
+      if (occupied(t)) last = x + kTile - 1;
+    }
+    if (features_.outside) std::fill(squares + dims_[0], squares + row_bytes_ + rows.margin, none);
+  }
+
+  /// Carries what slices cover upward through the new ones, then down again through the block, whose result it writes.
+  void sweep(std::int64_t first_row, std::int64_t last_row, std::int64_t known, std::int64_t begin, std::int64_t end,
+             std::int64_t wanted, std::vector<Byte>& carried, BitVolume& result) {
+    const std::int64_t bytes = (last_row - first_row) * row_bytes_;
+    Byte* running = carried.data() + first_row * row_bytes_;
+    for (std::int64_t k = known; k < wanted; ++k) {
+      cover(running, bytes, row(first_row, k));
+      std::memcpy(running, row(first_row, k), static_cast<std::size_t>(bytes));
+    }
+    std::vector<Byte> down(static_cast<std::size_t>(bytes), wanted == dims_[2] ? outside_cover() : Byte{0});
+    std::array<Byte, kWordBits> flags;
+    for (std::int64_t k = wanted - 1; k >= begin; --k) {
+      cover_down(row(first_row, k), bytes, down.data());
+      if (k >= end) continue;
+      for (std::int64_t j = first_row; j < last_row; ++j) {
+        BitWord* words = result.row(j, k);
+        const Byte* covered = down.data() + (j - first_row) * row_bytes_;
+        for (std::int64_t w = 0; w < row_words_; ++w) {
+          make_flags(covered + w * kWordBits, kWordBits, flags.data());
+          const BitWord word = gather(flags.data());
+          words[w] = (inverted_ ? ~word : word) & (w + 1 == row_words_ ? last_word_mask(dims_[0]) : kAllBits);
+        }
+      }
+    }
+  }
+
+  static void cover_down(const Byte* slice, std::int64_t bytes, Byte* down);
+
+  const BitVolume& volume_;
+  Features features_;
+  bool inverted_;
+  Index3 dims_;
+  std::int64_t row_words_;
+  std::int64_t row_bytes_;  ///< of a row of bytes: whole words
+  std::int64_t reach_;
+  std::int64_t radius_;
+  Byte far_;  ///< the count that stands for farther than the radius
+  std::int64_t block_;
+  std::int64_t ring_;         ///< slices that are held at once
+  GridValues<Byte> covered_;  ///< of each voxel: how far along z it covers, plus one
+  std::vector<char> empty_;
+  std::vector<Byte> covers_;  ///< the same by squared distance in the slice
+  WorkspacePool<Rows> pool_;
+};
+
+VOXCARVE_VECTORIZED void take_cover(const Byte* slice, std::int64_t bytes, Byte* down) {
+  for (std::int64_t i = 0; i < bytes; ++i) {
+    const auto carried = static_cast<Byte>(down[i] - (down[i] != 0));
+    down[i] = carried > slice[i] ? carried : slice[i];
+  }
+}
+
+void BallSweep::cover_down(const Byte* slice, std::int64_t bytes, Byte* down) {
+  take_cover(slice, bytes, down);
+}
+
+}  // namespace
+
+BitVolume within_reach(const BitVolume& volume, const Features& features, std::int64_t squared_reach, bool inverted,
+                       RunContext& context) {
+  return BallSweep(volume, features, squared_reach, inverted).run(context);
+}
+
+std::uint64_t within_reach_memory(const Index3& dims, std::int64_t squared_reach) {
+  return BallSweep::memory(dims, squared_reach);
+}
+
+}  // namespace voxcarve

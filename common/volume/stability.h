@@ -1,0 +1,40 @@
+// How far from simple a binary volume is, voxel by voxel [WR05, 1 and 3.3].
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/run/context.h"
+#include "common/volume/grid.h"
+
+namespace voxcarve {
+
+// Distances are in voxels and balls are closed; on an image, balls are disks in its plane. Everything outside a grid is
+// `outside`: false for a solid, true for the complement of one. The mortar M_r of a volume is what neither its opening
+// nor its complement's opening by the ball of radius r holds. Both functions are exact in integers and give the same
+// for a volume and for its complement with `outside` flipped.
+
+/// Stability [WR05, 3.3]: of each voxel the squared radius of the largest ball of a radius up to `largest` that
+/// contains it and lies wholly on its side, whether in the volume or in its complement. An integer: a ball about a
+/// voxel at squared distance D from the nearest voxel of the other side reaches D - 1.
+///
+/// For every r <= `largest`, {stability < r} lies within M_r, and it is M_r for r = `largest`. Below that it may be
+/// less, because digital balls are not made of the smaller ones: a voxel in a larger ball may lie in none of radius r.
+/// For the same reason a smaller `largest` may give less than min(stability, `largest`).
+///
+/// Holds about 10 bytes a voxel of the grid padded by `largest`. Throws ParameterError unless 0 <= `largest` <= 20000,
+/// and ResourceError when that exceeds the memory budget or a padded side 26,754 voxels.
+Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest, bool outside, RunContext& context);
+
+/// Square roots: a squared stability as radii in voxels.
+Grid<float> stability_radii(const Grid<std::int32_t>& squared);
+
+/// The abstract's other stability [WR05]: of each voxel the first of `radii` whose mortar contains it, 0 where none
+/// does. Digital mortars do not always grow with the radius, so a voxel may have left those of larger radii again.
+/// Throws ParameterError unless the radii increase and lie between 0 and 20000.
+Grid<float> first_mortar(const BinaryVolume& volume, std::span<const double> radii, bool outside, RunContext& context);
+
+/// The radii 1, 2, ..., 12.
+std::span<const double> default_stability_radii();
+
+}  // namespace voxcarve

@@ -1,0 +1,494 @@
+#include "common/volume/stability.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/run/errors.h"
+#include "common/volume/ball_painter.h"
+#include "common/volume/distance_transform.h"
+#include "tests/support/shapes.h"
+
+namespace voxcarve {
+namespace {
+
+using test::frame_of;
+using test::random_volume;
+
+template <class Visit>
+void for_each_voxel(const Index3& begin, const Index3& end, const Visit& visit) {
+  for (std::int64_t k = begin[2]; k < end[2]; ++k)
+    for (std::int64_t j = begin[1]; j < end[1]; ++j)
+      for (std::int64_t i = begin[0]; i < end[0]; ++i) visit(Index3(i, j, k));
+}
+
+/// The largest integer whose square root is at most `radius`; a radius given as a root may come out a little small.
+std::int64_t square_of(double radius) {
+  return static_cast<std::int64_t>(std::floor(radius * radius * (1 + 1e-9)));
+}
+
+/// Every voxel that matters to balls of a radius up to `largest` on the grid of a volume: its place and its side.
+struct Surroundings {
+  struct Voxel {
+    Index3 place;
+    bool interior;
+  };
+  std::vector<Voxel> centers;   ///< within ceil(largest) of the grid
+  std::vector<Voxel> features;  ///< one layer more: the outside beyond is never nearer
+
+  Surroundings(const BinaryVolume& volume, double largest, bool outside) {
+    const auto margin = static_cast<std::int64_t>(std::ceil(largest));
+    for (const bool wider : {false, true}) {
+      const std::int64_t by = margin + (wider ? 1 : 0);
+      const Index3 around(by, by, volume.frame.is_image() ? 0 : by);
+      for_each_voxel(-around, volume.frame.dims + around, [&](const Index3& p) {
+        const bool interior = volume.get(p[0], p[1], p[2], static_cast<std::uint8_t>(outside)) != 0;
+        (wider ? features : centers).push_back({p, interior});
+      });
+    }
+  }
+
+  /// Squared distance to the nearest voxel of the other side; very far where there is none.
+  std::int64_t clearance(const Voxel& center) const {
+    std::int64_t least = std::int64_t{1} << 40;
+    for (const Voxel& other : features) {
+      if (other.interior != center.interior) least = std::min(least, (other.place - center.place).squaredNorm());
+    }
+    return least;
+  }
+};
+
+/// The slow twin: the definition, over all centers and all voxels.
+Grid<std::int32_t> brute_force_stability(const BinaryVolume& volume, double largest, bool outside) {
+  Grid<std::int32_t> result(volume.frame, 0);
+  const std::int64_t cap = square_of(largest);
+  const Surroundings surroundings(volume, largest, outside);
+  for (const auto& center : surroundings.centers) {
+    const std::int64_t reach = std::min(surroundings.clearance(center) - 1, cap);
+    for_each_voxel(Index3::Zero(), volume.frame.dims, [&](const Index3& p) {
+      std::int32_t& value = result(p[0], p[1], p[2]);
+      if ((p - center.place).squaredNorm() <= reach) value = std::max(value, static_cast<std::int32_t>(reach));
+    });
+  }
+  return result;
+}
+
+/// A twin for larger volumes: every ball about every voxel, none left out, each painted over its bounding box. The
+/// distances are those of the distance transform, which has a twin of its own.
+Grid<std::int32_t> plain_stability(const BinaryVolume& volume, double largest, bool outside) {
+  RunContext context;
+  const auto cap = static_cast<std::int32_t>(square_of(largest));
+  const auto margin = static_cast<std::int64_t>(std::ceil(largest));
+  const Index3 around(margin, margin, volume.frame.is_image() ? 0 : margin);
+  const BinaryVolume wide = resized(volume, padded(volume.frame, margin), static_cast<std::uint8_t>(outside));
+  const Grid<std::int32_t> to_interior = squared_distance(wide, 1, context);
+  const Grid<std::int32_t> to_exterior = squared_distance(wide, 0, context);
+  Grid<std::int32_t> result(volume.frame, 0);
+  for_each_voxel(Index3::Zero(), wide.frame.dims, [&](const Index3& c) {
+    const std::size_t index = wide.index(c[0], c[1], c[2]);
+    const std::int32_t reach = std::min(std::max(to_interior.values[index], to_exterior.values[index]) - 1, cap);
+    const Index3 center = c - around;
+    for_each_voxel((center - around).cwiseMax(0), (center + around + Index3::Ones()).cwiseMin(volume.frame.dims),
+                   [&](const Index3& p) {
+                     std::int32_t& value = result(p[0], p[1], p[2]);
+                     if (reach > value && (p - center).squaredNorm() <= reach) value = reach;
+                   });
+  });
+  return result;
+}
+
+/// The slow twin of the mortar, from the masks: closing less opening, each a loop over pairs of voxels. Written for a
+/// solid; with the outside interior, it is the complement's, of which closing and opening change places.
+BinaryVolume brute_force_mortar(const BinaryVolume& volume, double radius, bool outside) {
+  const std::int64_t reach = square_of(radius);
+  const auto margin = static_cast<std::int64_t>(std::ceil(radius));
+  BinaryVolume solid = resized(volume, padded(volume.frame, 2 * margin + 1), static_cast<std::uint8_t>(outside));
+  if (outside) {
+    for (std::uint8_t& value : solid.values) value = static_cast<std::uint8_t>(1 - value);
+  }
+  // The voxels with another of value `feature` within reach; beyond the grid all are 0.
+  const auto near = [&](const BinaryVolume& from, std::uint8_t feature) {
+    BinaryVolume result(from.frame);
+    const Index3 around(margin, margin, from.frame.is_image() ? 0 : margin);
+    for_each_voxel(Index3::Zero(), from.frame.dims, [&](const Index3& p) {
+      for_each_voxel(p - around, p + around + Index3::Ones(), [&](const Index3& q) {
+        if (result(p[0], p[1], p[2]) != 0) return;
+        if ((q - p).squaredNorm() <= reach && from.get(q[0], q[1], q[2], 0) == feature) result(p[0], p[1], p[2]) = 1;
+      });
+    });
+    return result;
+  };
+  const auto inverted = [](BinaryVolume of) {
+    for (std::uint8_t& value : of.values) value = static_cast<std::uint8_t>(1 - value);
+    return of;
+  };
+  const BinaryVolume opened = near(inverted(near(solid, 0)), 1);
+  const BinaryVolume closed = inverted(near(near(solid, 1), 0));
+  BinaryVolume mortar(solid.frame);
+  for (std::size_t v = 0; v < mortar.values.size(); ++v)
+    mortar.values[v] = static_cast<std::uint8_t>(closed.values[v] != 0 && opened.values[v] == 0);
+  return resized(mortar, volume.frame);
+}
+
+BinaryVolume complement(BinaryVolume volume) {
+  for (std::uint8_t& value : volume.values) value = static_cast<std::uint8_t>(1 - value);
+  return volume;
+}
+
+/// The digital ball of a squared radius with `margin` voxels around it; a disk when `image`.
+BinaryVolume digital_ball(std::int64_t reach, std::int64_t margin, bool image) {
+  const std::int64_t half = static_cast<std::int64_t>(std::sqrt(static_cast<double>(reach))) + margin;
+  BinaryVolume volume(frame_of({2 * half + 1, 2 * half + 1, image ? 1 : 2 * half + 1}));
+  const Index3 center(half, half, image ? 0 : half);
+  for_each_voxel(Index3::Zero(), volume.frame.dims, [&](const Index3& p) {
+    volume(p[0], p[1], p[2]) = static_cast<std::uint8_t>((p - center).squaredNorm() <= reach);
+  });
+  return volume;
+}
+
+struct Case {
+  BinaryVolume volume;
+  double largest = 0;
+  bool outside = false;
+  std::string name;
+};
+
+/// Small volumes: images, slices one voxel thick across y, rows and blocks, noise from nearly empty to nearly full and
+/// unions of balls that may stick out of the grid; the border is not spared.
+std::vector<Case> random_cases(std::uint64_t count) {
+  constexpr double kFills[] = {0.01, 0.05, 0.2, 0.5, 0.8, 0.97};
+  constexpr double kLargest[] = {0, 1, 1.5, 2, 2.2360679, 3, 3.7, 5, 8};
+  std::vector<Case> cases;
+  for (std::uint64_t seed = 0; seed < count; ++seed) {
+    const auto size = [&](std::uint64_t step, std::uint64_t up_to) {
+      return static_cast<std::int64_t>(1 + seed * step % up_to);
+    };
+    Index3 dims(size(7, 6), size(5, 7), size(3, 5));
+    if (seed % 3 == 0) dims = {size(7, 17), size(5, 13), 1};
+    if (seed % 7 == 1) dims[1] = 1;
+    Case next;
+    next.volume = random_volume(dims, kFills[seed / 2 % 6], seed);
+    if (seed % 2 == 1) {  // the features grow to balls
+      const std::int64_t reach = static_cast<std::int64_t>(seed % 11);
+      const BinaryVolume seeds = random_volume(dims, 0.04, seed);
+      next.volume = BinaryVolume(frame_of(dims));
+      for_each_voxel(Index3::Zero(), dims, [&](const Index3& p) {
+        for_each_voxel(Index3::Zero(), dims, [&](const Index3& q) {
+          if (seeds(q[0], q[1], q[2]) != 0 && (p - q).squaredNorm() <= reach) next.volume(p[0], p[1], p[2]) = 1;
+        });
+      });
+    }
+    next.largest = kLargest[seed * 5 % 9];
+    if (!next.volume.frame.is_image() && next.largest > 4) next.largest = 4;  // the twin takes its time
+    next.outside = seed / 3 % 2 == 1;
+    next.name = "seed " + std::to_string(seed) + " largest " + std::to_string(next.largest);
+    cases.push_back(std::move(next));
+  }
+  return cases;
+}
+
+TEST(SquaredStability, AgreesWithTheDefinitionOnRandomVolumes) {
+  RunContext context;
+  for (const Case& c : random_cases(300)) {
+    ASSERT_EQ(squared_stability(c.volume, c.largest, c.outside, context),
+              brute_force_stability(c.volume, c.largest, c.outside))
+        << c.name;
+  }
+}
+
+TEST(SquaredStability, AgreesWithTheDefinitionWhereBallsHoldOneAnother) {
+  // Noise has none but small balls. A ball with a bite and a dent has a medial axis, and many balls to leave out; the
+  // grid is wider than a brick of the painter, and at 70 pixels than a word and a node of it.
+  RunContext context;
+  for (const bool image : {true, false}) {
+    BinaryVolume volume = digital_ball(image ? 900 : 40, image ? 5 : 2, image);
+    const std::int64_t half = volume.nx() / 2;
+    for_each_voxel(Index3::Zero(), volume.frame.dims, [&](const Index3& p) {
+      if ((p - Index3(half / 2, half, image ? 0 : half)).squaredNorm() <= 5) volume(p[0], p[1], p[2]) = 0;
+      if (p[0] > half && std::abs(p[1] - half) <= 1) volume(p[0], p[1], p[2]) = 0;
+    });
+    for (const double largest : {3.3, image ? 14.0 : 5.0}) {
+      ASSERT_EQ(squared_stability(volume, largest, false, context), brute_force_stability(volume, largest, false))
+          << image << " " << largest;
+    }
+  }
+}
+
+TEST(SquaredStability, AgreesWithAllBallsOfLargerVolumes) {
+  // Here most balls are left out: held by others, or without a voxel that has no value yet when their round comes.
+  RunContext context;
+  const auto sparse = [](const Index3& dims, double fill, std::uint64_t seed) {
+    BinaryVolume volume(frame_of(dims));
+    const BinaryVolume seeds = random_volume(dims, fill, seed);
+    for_each_voxel(Index3::Zero(), dims, [&](const Index3& q) {
+      if (seeds(q[0], q[1], q[2]) == 0) return;
+      const std::int64_t reach = (q[0] * 7 + q[1] * 3 + q[2]) % 90;
+      for_each_voxel(Index3::Zero(), dims, [&](const Index3& p) {
+        if ((p - q).squaredNorm() <= reach) volume(p[0], p[1], p[2]) = 1;
+      });
+    });
+    return volume;
+  };
+  const BinaryVolume image = sparse({150, 130, 1}, 0.001, 4);
+  const BinaryVolume block = sparse({34, 29, 37}, 0.0004, 5);
+  for (const bool outside : {false, true}) {
+    ASSERT_EQ(squared_stability(image, 24, outside, context), plain_stability(image, 24, outside)) << outside;
+    ASSERT_EQ(squared_stability(block, 8.5, outside, context), plain_stability(block, 8.5, outside)) << outside;
+  }
+}
+
+TEST(SquaredStability, IsTheLargestOrTheSameEverywhereWhenThereIsOnlyOneSide) {
+  RunContext context;
+  const GridFrame frame = frame_of({9, 7, 5});
+  for (const double largest : {0.0, 1.0, 2.5, 20.0}) {
+    const auto cap = static_cast<std::int32_t>(square_of(largest));
+    for (const bool full : {false, true}) {
+      const BinaryVolume volume(frame, static_cast<std::uint8_t>(full));
+      EXPECT_EQ(squared_stability(volume, largest, full, context), Grid<std::int32_t>(frame, cap)) << largest;
+    }
+  }
+  // A full box in an empty outside: the largest inner ball about (i, j, k) reaches to one voxel short of the nearest
+  // side, min(i + 1, 9 - i, ...)^2 - 1, which is 3^2 - 1 = 8 about the voxels with 2 <= i <= 6, 2 <= j <= 4, k = 2.
+  // Voxel (4, 3, 4) is 2^2 = 4 from such a center, corner (0, 0, 0) is 12 from the nearest and lies in no ball but its
+  // own.
+  const Grid<std::int32_t> box = squared_stability(BinaryVolume(frame, 1), 20, false, context);
+  EXPECT_EQ(box(4, 3, 2), 8);
+  EXPECT_EQ(box(4, 3, 4), 8);
+  EXPECT_EQ(box(1, 1, 1), 8);  // 3 from (2, 2, 2)
+  EXPECT_EQ(box(0, 0, 0), 3);  // the ball about (1, 1, 1) reaches 2^2 - 1 = 3, just as far as the corner
+}
+
+TEST(SquaredStability, TakesSidesBeyondTheGridIntoAccount) {
+  // One interior pixel in the middle of a row of 5: its ball is itself. Beside it, the exterior at distance 1 belongs
+  // to balls about pixels straight beyond: about (4, 0), two away, the ball of 2^2 - 1 = 3 contains (3, 0); about the
+  // pixel n away, n^2 - 1 >= (n - 1)^2, so that only the cap bounds it. With outside interior, the same row is a slit
+  // of two times two pixels, whose balls all touch the outside across y: 0 everywhere.
+  RunContext context;
+  BinaryVolume row(frame_of({5, 1, 1}));
+  row(2, 0, 0) = 1;
+  const Grid<std::int32_t> solid = squared_stability(row, 6.5, false, context);
+  EXPECT_EQ(solid.values, (GridValues<std::int32_t>{42, 42, 0, 42, 42}));
+  const Grid<std::int32_t> slit = squared_stability(row, 6.5, true, context);
+  EXPECT_EQ(slit.values[0], 0);
+  EXPECT_EQ(slit.values[1], 0);
+  // The interior pixel is part of the interior outside: a ball about (2, n) has its nearest exterior at (1, 0), n^2 + 1
+  // away, and reaches n^2, just as far as (2, 0): the largest n is 6.
+  EXPECT_EQ(slit.values[2], 36);
+}
+
+TEST(SquaredStability, IsTheSameForAComplement) {
+  RunContext context;
+  for (const Case& c : random_cases(120)) {
+    ASSERT_EQ(squared_stability(c.volume, c.largest, c.outside, context),
+              squared_stability(complement(c.volume), c.largest, !c.outside, context))
+        << c.name;
+  }
+}
+
+TEST(SquaredStability, NeverFallsWhenTheLargestGrows) {
+  // The ball about a voxel is never smaller for a larger cap, so what it contains it keeps.
+  RunContext context;
+  for (const Case& c : random_cases(120)) {
+    const Grid<std::int32_t> less = squared_stability(c.volume, c.largest, c.outside, context);
+    const Grid<std::int32_t> more = squared_stability(c.volume, c.largest + 1.25, c.outside, context);
+    for (std::size_t v = 0; v < less.values.size(); ++v) ASSERT_LE(less.values[v], more.values[v]) << c.name;
+  }
+}
+
+TEST(SquaredStability, IsCutAtTheLargestRadiusByBallsOfThatRadius) {
+  // The disk of squared radius 9 is a ball, so all of it has 9. With balls cut to 4 the pixel (3, 0) lies in that about
+  // (1, 0). The corner (2, 2) lies in none of them (see below), only in that about (1, 1), whose nearest exterior
+  // pixels are (1, 3) and (3, 1), 2 away: it reaches 3, and the corner is at 2. That is less than min(9, 4).
+  RunContext context;
+  const BinaryVolume disk = digital_ball(9, 2, true);  // about (5, 5)
+  const Grid<std::int32_t> three = squared_stability(disk, 3, false, context);
+  const Grid<std::int32_t> two = squared_stability(disk, 2, false, context);
+  EXPECT_EQ(three(8, 5, 0), 9);
+  EXPECT_EQ(three(7, 7, 0), 9);
+  EXPECT_EQ(two(8, 5, 0), 4);
+  EXPECT_EQ(two(7, 7, 0), 3);
+}
+
+TEST(SquaredStability, ThatIsLessThanARadiusLiesWithinItsMortar) {
+  RunContext context;
+  for (const Case& c : random_cases(100)) {
+    if (c.largest == 0) continue;
+    const Grid<std::int32_t> stability = squared_stability(c.volume, c.largest, c.outside, context);
+    for (double radius = 0.5; radius <= c.largest; radius += 0.5) {
+      const BinaryVolume mortar = brute_force_mortar(c.volume, radius, c.outside);
+      for (std::size_t v = 0; v < mortar.values.size(); ++v) {
+        if (stability.values[v] >= square_of(radius)) continue;
+        ASSERT_EQ(mortar.values[v], 1) << c.name << " radius " << radius;
+      }
+    }
+    const BinaryVolume mortar = brute_force_mortar(c.volume, c.largest, c.outside);
+    for (std::size_t v = 0; v < mortar.values.size(); ++v) {
+      ASSERT_EQ(stability.values[v] < square_of(c.largest), mortar.values[v] == 1) << c.name;
+    }
+  }
+}
+
+TEST(SquaredStability, MissesFourPixelsOfTheMortarOfADisk) {
+  // B_3 opened by B_2 loses 4 pixels. B_3 has half widths 3, 2, 2, 0 in the rows 0, 1, 2, 3 (9 - 9 = 0, 9 - 4 = 5, 9 -
+  // 1 = 8). The ball of radius 2 fits about (0, 0), (+-1, 0), (0, +-1): (1, 0) + (2, 0) = (3, 0) is in B_3, and about
+  // (1, 1) it is not, for (1, 1) + (0, 2) = (1, 3) has 10 > 9. So (3, 0) is reached from (1, 0), and nothing is lost
+  // there; the corners (2, 2), with 8 <= 9, are not: from (1, 0) it is 1 + 4 = 5 > 4 away, likewise from (0, 1). They
+  // are in the mortar of radius 2, and yet their stability is 3, because B_3 itself contains them.
+  RunContext context;
+  const BinaryVolume disk = digital_ball(9, 8, true);
+  const Grid<std::int32_t> stability = squared_stability(disk, 3, false, context);
+  const BinaryVolume mortar = brute_force_mortar(disk, 2, false);
+  std::vector<Index3> missed;
+  const Index3 center(11, 11, 0);
+  for_each_voxel(Index3::Zero(), disk.frame.dims, [&](const Index3& p) {
+    if (disk(p[0], p[1], p[2]) == 0) return;
+    EXPECT_EQ(stability(p[0], p[1], p[2]), 9);
+    if (mortar(p[0], p[1], p[2]) != 0 && stability(p[0], p[1], p[2]) >= 4) missed.emplace_back(p - center);
+  });
+  EXPECT_EQ(missed, (std::vector<Index3>{{-2, -2, 0}, {2, -2, 0}, {-2, 2, 0}, {2, 2, 0}}));
+}
+
+TEST(SquaredStability, LiesWithinTheMortarsOfTwelveRadii) {
+  // One map for twelve radii. `missed` counts what the mortar has beyond {stability < r}: none at 12, where the map is
+  // cut, and some below.
+  RunContext context;
+  BinaryVolume image = random_volume({60, 50, 1}, 0.012, 3);
+  const BinaryVolume seeds = image;
+  for_each_voxel(Index3::Zero(), image.frame.dims, [&](const Index3& p) {
+    for_each_voxel(Index3::Zero(), image.frame.dims, [&](const Index3& q) {
+      if (seeds(q[0], q[1], 0) != 0 && (p - q).squaredNorm() <= 17 + 13 * (q[0] % 7)) image(p[0], p[1], 0) = 1;
+    });
+  });
+  const Grid<std::int32_t> stability = squared_stability(image, 12, false, context);
+  std::int64_t all_missed = 0;
+  for (std::int32_t radius = 1; radius <= 12; ++radius) {
+    const BinaryVolume mortar = brute_force_mortar(image, radius, false);
+    std::int64_t missed = 0;
+    for (std::size_t v = 0; v < mortar.values.size(); ++v) {
+      const bool less = stability.values[v] < radius * radius;
+      ASSERT_LE(less, mortar.values[v] == 1) << radius;
+      if (!less && mortar.values[v] == 1) ++missed;
+    }
+    RecordProperty("missed_at_" + std::to_string(radius), std::to_string(missed));
+    all_missed += missed;
+    if (radius < 12) continue;
+    EXPECT_EQ(missed, 0);
+  }
+  EXPECT_GT(all_missed, 0);
+}
+
+TEST(SquaredStability, GivesTheSameOnOneThreadAndOnTwo) {
+  RunContext one;
+  RunContext two;
+  two.threads = 2;
+  BinaryVolume volume = random_volume({70, 45, 40}, 0.0005, 9);
+  EXPECT_EQ(squared_stability(volume, 7, false, one), squared_stability(volume, 7, false, two));
+  EXPECT_EQ(first_mortar(volume, default_stability_radii(), false, one),
+            first_mortar(volume, default_stability_radii(), false, two));
+  volume = random_volume({400, 300, 1}, 0.002, 9);
+  EXPECT_EQ(squared_stability(volume, 25, false, one), squared_stability(volume, 25, false, two));
+}
+
+TEST(SquaredStability, GoesBeyondTheRadiiOfTheBallSweep) {
+  // 200^2 = 40000 is more than the sweep takes. A lone pixel is as far as can be from everything else: all the exterior
+  // lies in half planes that miss it, in balls of every radius, but for the 8 pixels around it. Of a cap of 200 the
+  // ball about (n, 0) away from the pixel reaches n^2 - 1 >= (n - 1)^2; about (n, n), it reaches 2 n^2 - 1 >= 2 (n -
+  // 1)^2.
+  RunContext context;
+  BinaryVolume image(frame_of({3, 3, 1}));
+  image(1, 1, 0) = 1;
+  Grid<std::int32_t> expected(image.frame, 40000);
+  expected(1, 1, 0) = 0;
+  EXPECT_EQ(squared_stability(image, 200, false, context), expected);
+  const std::vector<double> radii = {200};
+  Grid<float> mortar(image.frame, 0.0F);
+  mortar(1, 1, 0) = 200;
+  EXPECT_EQ(first_mortar(image, radii, false, context), mortar);
+}
+
+TEST(SquaredStability, RefusesWhatItCannotTake) {
+  RunContext context;
+  const BinaryVolume volume = random_volume({8, 8, 8}, 0.5, 1);
+  EXPECT_THROW(squared_stability(volume, -1, false, context), ParameterError);
+  EXPECT_THROW(squared_stability(volume, std::nan(""), false, context), ParameterError);
+  EXPECT_THROW(squared_stability(volume, 1e6, false, context), ParameterError);
+  context.memory_budget = 100000;
+  EXPECT_THROW(squared_stability(volume, 30, false, context), ResourceError);
+  EXPECT_THROW(first_mortar(volume, std::vector<double>{3, 2}, false, context), ParameterError);
+  EXPECT_THROW(first_mortar(volume, std::vector<double>{-3, 2}, false, context), ParameterError);
+}
+
+TEST(SquaredStability, StopsWhenItIsCancelled) {
+  RunContext context;
+  std::stop_source source;
+  context.cancellation = source.get_token();
+  source.request_stop();
+  const BinaryVolume volume = random_volume({8, 8, 8}, 0.5, 1);
+  EXPECT_THROW(squared_stability(volume, 3, false, context), Cancelled);
+  EXPECT_THROW(first_mortar(volume, default_stability_radii(), false, context), Cancelled);
+}
+
+TEST(StabilityRadii, AreSquareRoots) {
+  Grid<std::int32_t> squared(frame_of({4, 1, 1}));
+  squared.values = {0, 1, 2, 144};
+  const Grid<float> radii = stability_radii(squared);
+  EXPECT_EQ(radii.frame, squared.frame);
+  EXPECT_EQ(radii.values, (GridValues<float>{0.0F, 1.0F, static_cast<float>(std::sqrt(2.0)), 12.0F}));
+}
+
+TEST(FirstMortar, AgreesWithTheMasks) {
+  RunContext context;
+  const std::vector<double> kRadii = {0, 1, 1.42, 2, 3.3};
+  for (const Case& c : random_cases(100)) {
+    Grid<float> expected(c.volume.frame, 0.0F);
+    for (const double radius : kRadii) {
+      const BinaryVolume mortar = brute_force_mortar(c.volume, radius, c.outside);
+      for (std::size_t v = 0; v < mortar.values.size(); ++v) {
+        if (expected.values[v] == 0 && mortar.values[v] != 0) expected.values[v] = static_cast<float>(radius);
+      }
+    }
+    ASSERT_EQ(first_mortar(c.volume, kRadii, c.outside, context), expected) << c.name;
+    ASSERT_EQ(first_mortar(complement(c.volume), kRadii, !c.outside, context), expected) << c.name;
+  }
+}
+
+TEST(FirstMortar, NamesTheRadiusAtWhichAStripGoes) {
+  // A strip 5 pixels wide, in the middle of 31 x 21: pixel (15, 10) lies 3 from the exterior, so the ball of radius 2
+  // fits about it, and that of radius 3 does not. At its end the strip's corner (0, 8) is in the mortar of radius 1 at
+  // once: the ball about it leaves the strip, and so do those about (1, 8) and (0, 9).
+  RunContext context;
+  BinaryVolume strip(frame_of({31, 21, 1}));
+  for (std::int64_t j = 8; j < 13; ++j)
+    for (std::int64_t i = 0; i < 31; ++i) strip(i, j, 0) = 1;
+  const Grid<float> radii = first_mortar(strip, default_stability_radii(), false, context);
+  EXPECT_EQ(radii(15, 10, 0), 3);
+  EXPECT_EQ(radii(0, 8, 0), 1);
+  EXPECT_EQ(radii(15, 2, 0), 0);  // half a plane lies below it
+  EXPECT_EQ(default_stability_radii().size(), 12U);
+}
+
+TEST(FirstMortar, IsNothingWithoutRadiiAndWithoutABoundary) {
+  RunContext context;
+  const BinaryVolume volume = random_volume({6, 5, 4}, 0.5, 2);
+  EXPECT_EQ(first_mortar(volume, {}, false, context), Grid<float>(volume.frame, 0.0F));
+  const BinaryVolume full(volume.frame, 1);
+  EXPECT_EQ(first_mortar(full, default_stability_radii(), true, context), Grid<float>(volume.frame, 0.0F));
+}
+
+TEST(PaintBalls, TheFirstBallCounts) {
+  // Row of 10: the ball of 4 about 2 takes 0 ... 4, then the ball of 9 about 4 takes what is left of 1 ... 7 but for 6,
+  // which is not blank; 8 and 9 lie in none.
+  RunContext context;
+  Grid<std::int32_t> values(frame_of({10, 1, 1}), -1);
+  BinaryVolume blank(values.frame, 1);
+  blank(6, 0, 0) = 0;
+  BitVolume bits = packed(blank, Index3::Zero(), false, context);
+  paint_balls({{{2, 0, 0}, 4}, {{4, 0, 0}, 9}}, bits, values, context);
+  EXPECT_EQ(values.values, (GridValues<std::int32_t>{4, 4, 4, 4, 4, 9, -1, 9, -1, -1}));
+  EXPECT_EQ(count_set(bits, context), 2);  // 8 and 9
+}
+
+}  // namespace
+}  // namespace voxcarve
