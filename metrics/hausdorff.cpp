@@ -183,7 +183,7 @@ struct Moments {
 
 /// Mean distance over area-uniform samples.
 std::optional<Moments> sampled_moments(const MeasuredSurface& from, const AabbTree& to, std::int64_t samples,
-                                       std::uint64_t stream, const RunContext& context) {
+                                       std::uint64_t stream, RunContext& context) {
   const std::vector<SampleFoot> feet = sample_feet(from, to, samples, stream, context);
   if (feet.empty()) return std::nullopt;
   Moments sum;
@@ -204,8 +204,7 @@ DistanceInterval certified(const DistanceInterval& interval, const SurfacePair& 
 
 std::variant<HausdorffDistances, Undefined> hausdorff_distances(const SurfacePair& pair, const MeasuredSurface& from_a,
                                                                 const MeasuredSurface& from_b,
-                                                                const HausdorffOptions& options,
-                                                                const RunContext& context) {
+                                                                const HausdorffOptions& options, RunContext& context) {
   if (from_a.soup.empty()) return Undefined{"no part of the first shape to measure from"};
   if (from_b.soup.empty()) return Undefined{"no part of the second shape to measure from"};
   HausdorffDistances result;
@@ -233,8 +232,7 @@ std::variant<HausdorffDistances, Undefined> hausdorff_distances(const SurfacePai
 }
 
 std::variant<HausdorffDistances, Undefined> hausdorff_distances(const TriangleSoup& a, const TriangleSoup& b,
-                                                                const HausdorffOptions& options,
-                                                                const RunContext& context) {
+                                                                const HausdorffOptions& options, RunContext& context) {
   const auto pair = prepare_pair(a, b, context);
   if (const auto* reason = std::get_if<Undefined>(&pair)) return *reason;
   const auto& surfaces = std::get<SurfacePair>(pair);

@@ -36,16 +36,16 @@ struct HausdorffDistances {
 /// triangles without area are the segments and points that they are. The width of each interval is at most
 /// `error` diagonals, unless that is less than what rounding of coordinates far apart leaves (about 1e-13 of the
 /// largest distance from the centre of a's box). Equal sets of triangles have distance [0, 0] exactly.
-/// Undefined, with the reason, for an empty shape or coordinates whose differences overflow. Throws Cancelled.
+/// Undefined, with the reason, for an empty shape or coordinates whose differences overflow. Throws ResourceError when
+/// the samples exceed the memory budget, and Cancelled.
 std::variant<HausdorffDistances, Undefined> hausdorff_distances(const TriangleSoup& a, const TriangleSoup& b,
-                                                                const HausdorffOptions& options,
-                                                                const RunContext& context);
+                                                                const HausdorffOptions& options, RunContext& context);
 
 /// The same from the points of `from_a` to the whole of b and from the points of `from_b` to the whole of a. Each is
-/// the pair's own surface or a part of it. Undefined, with the reason, for an empty part. Throws Cancelled.
+/// the pair's own surface or a part of it. Undefined, with the reason, for an empty part. Throws ResourceError when the
+/// samples exceed the memory budget, and Cancelled.
 std::variant<HausdorffDistances, Undefined> hausdorff_distances(const SurfacePair& pair, const MeasuredSurface& from_a,
                                                                 const MeasuredSurface& from_b,
-                                                                const HausdorffOptions& options,
-                                                                const RunContext& context);
+                                                                const HausdorffOptions& options, RunContext& context);
 
 }  // namespace voxcarve

@@ -17,7 +17,7 @@ double unoriented_angle(const Point& first, const Point& second) {
 
 std::optional<NormalDeviation::OneSided> one_sided(const MeasuredSurface& from, const TriangleSoup& to,
                                                    const AabbTree& tree, std::int64_t samples, std::uint64_t stream,
-                                                   const RunContext& context) {
+                                                   RunContext& context) {
   NormalDeviation::OneSided sum;
   std::int64_t count = 0;
   for (const SampleFoot& foot : sample_feet(from, tree, samples, stream, context)) {
@@ -43,8 +43,7 @@ std::optional<NormalDeviation::OneSided> one_sided(const MeasuredSurface& from, 
 
 std::variant<NormalDeviation, Undefined> normal_deviation(const SurfacePair& pair, const MeasuredSurface& from_a,
                                                           const MeasuredSurface& from_b,
-                                                          const NormalDeviationOptions& options,
-                                                          const RunContext& context) {
+                                                          const NormalDeviationOptions& options, RunContext& context) {
   if (from_a.soup.empty()) return Undefined{"no part of the first shape to measure from"};
   if (from_b.soup.empty()) return Undefined{"no part of the second shape to measure from"};
   const auto first = one_sided(from_a, pair.b.soup, pair.tree_b, options.samples, 1, context);
@@ -56,8 +55,7 @@ std::variant<NormalDeviation, Undefined> normal_deviation(const SurfacePair& pai
 }
 
 std::variant<NormalDeviation, Undefined> normal_deviation(const TriangleSoup& a, const TriangleSoup& b,
-                                                          const NormalDeviationOptions& options,
-                                                          const RunContext& context) {
+                                                          const NormalDeviationOptions& options, RunContext& context) {
   const auto pair = prepare_pair(a, b, context);
   if (const auto* reason = std::get_if<Undefined>(&pair)) return *reason;
   const auto& surfaces = std::get<SurfacePair>(pair);

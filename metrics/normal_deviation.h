@@ -37,15 +37,14 @@ struct NormalDeviation {
 /// chooses one; samples whose nearest triangle has no area do not count.
 ///
 /// `from_a` and `from_b` are the pair's own surfaces or parts of them; the nearest triangle is always that of the
-/// whole. Undefined, with the reason, for an empty part or one without area. Throws Cancelled.
+/// whole. Undefined, with the reason, for an empty part or one without area. Throws ResourceError when the
+/// samples exceed the memory budget, and Cancelled.
 std::variant<NormalDeviation, Undefined> normal_deviation(const SurfacePair& pair, const MeasuredSurface& from_a,
                                                           const MeasuredSurface& from_b,
-                                                          const NormalDeviationOptions& options,
-                                                          const RunContext& context);
+                                                          const NormalDeviationOptions& options, RunContext& context);
 
 /// The same between all of two surfaces. Undefined also for coordinates whose differences overflow.
 std::variant<NormalDeviation, Undefined> normal_deviation(const TriangleSoup& a, const TriangleSoup& b,
-                                                          const NormalDeviationOptions& options,
-                                                          const RunContext& context);
+                                                          const NormalDeviationOptions& options, RunContext& context);
 
 }  // namespace voxcarve

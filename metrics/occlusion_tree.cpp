@@ -147,14 +147,27 @@ OcclusionTree::Node::Node() {
 OcclusionTree::OcclusionTree(const TriangleSoup& soup, double growth, const RunContext& context) {
   Builder builder{soup, growth, context, nodes_, facets_, {}};
   builder.make_entries();
+  nodes_.reserve(most_nodes(builder.entries.size()));
   nodes_.emplace_back();
   facets_.reserve(builder.entries.size());
   if (!builder.entries.empty()) builder.build(0, 0, static_cast<std::uint32_t>(builder.entries.size()));
 }
 
+// By induction a node over n > 4 triangles heads at most (4 n - 5) / 15 nodes, itself included. Its lanes hold quarters
+// of n, of which those over more than 4 triangles, m of them, become nodes. With m = 4 there are at most
+// 1 + (4 n - 4 * 5) / 15 = (4 n - 5) / 15. With m < 4 quarters are of 4 and 5 at most, since no two differ by more than
+// one, and only those of 5 are nodes, of leaves alone: for m > 0, n = 16 + m and 1 + m <= (4 n - 5) / 15; for m = 0,
+// 1 <= (4 n - 5) / 15 from n = 5 on. A tree over fewer has one node.
+std::uint64_t OcclusionTree::most_nodes(std::uint64_t triangles) {
+  return triangles * 4 / 15 + 1;
+}
+
 std::uint64_t OcclusionTree::memory_estimate(std::uint64_t triangles) {
-  // Leaves are at least half full, so there are at most triangles / 2 leaves and a third as many nodes.
-  return triangles * (sizeof(Facet) + sizeof(Builder::Entry)) + triangles / 6 * sizeof(Node);
+  return triangles * (sizeof(Facet) + sizeof(Builder::Entry)) + most_nodes(triangles) * sizeof(Node);
+}
+
+std::uint64_t OcclusionTree::memory() const {
+  return nodes_.capacity() * sizeof(Node) + facets_.capacity() * sizeof(Facet);
 }
 
 bool OcclusionTree::meets(const Facet& facet, const Point& origin, const Point& direction) {

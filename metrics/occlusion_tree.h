@@ -44,8 +44,10 @@ class OcclusionTree {
   /// True when the ray from `origin`, without its origin, meets a triangle.
   bool blocks(const Point& origin, const Direction& direction, Hint& hint) const;
 
-  /// Bytes that a tree over so many triangles holds at most.
+  /// Bytes that a tree over so many triangles holds at most, also while it is built.
   static std::uint64_t memory_estimate(std::uint64_t triangles);
+  /// Bytes that this tree holds.
+  std::uint64_t memory() const;
 
  private:
   static constexpr std::size_t kLanes = 4;
@@ -71,6 +73,8 @@ class OcclusionTree {
   };
   struct Builder;
 
+  /// An upper bound of the nodes of a tree over so many triangles.
+  static std::uint64_t most_nodes(std::uint64_t triangles);
   static bool meets(const Facet& facet, const Point& origin, const Point& direction);
   /// The lanes whose boxes the ray may meet, nearest first. Empty lanes are never among them.
   static OpenLanes open_lanes(const Node& node, const std::array<float, 3>& origin, const Direction& direction);

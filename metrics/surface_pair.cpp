@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "metrics/counter_random.h"
@@ -109,9 +110,13 @@ std::variant<SurfacePair, Undefined> prepare_pair(const TriangleSoup& a, const T
 }
 
 std::vector<SampleFoot> sample_feet(const MeasuredSurface& from, const AabbTree& to, std::int64_t samples,
-                                    std::uint64_t stream, const RunContext& context) {
+                                    std::uint64_t stream, RunContext& context) {
   const TriangleSoup& soup = from.soup;
+  context.require_memory(static_cast<std::uint64_t>(std::max<std::int64_t>(samples, 0)) * sizeof(SampleFoot) +
+                             soup.triangles.size() * sizeof(double),
+                         "sampling " + std::to_string(samples) + " points of a surface");
   std::vector<double> area_up_to;
+  area_up_to.reserve(soup.triangles.size());
   double area = 0;
   for (const Triangle& t : soup.triangles) area_up_to.push_back(area += area_vector(soup, t).norm());
   if (!(area > 0) || samples < 1) return {};

@@ -54,8 +54,9 @@ struct SampleFoot {
 };
 
 /// Area-uniform samples of `from`, one in each of `samples` equal shares of the area, and their nearest triangles in
-/// `to`. From the context's seed; samples of different `stream` are independent. Empty when there is no area.
+/// `to`. From the context's seed; samples of different `stream` are independent. Empty when there is no area. Throws
+/// ResourceError when the samples exceed the memory budget, and Cancelled.
 std::vector<SampleFoot> sample_feet(const MeasuredSurface& from, const AabbTree& to, std::int64_t samples,
-                                    std::uint64_t stream, const RunContext& context);
+                                    std::uint64_t stream, RunContext& context);
 
 }  // namespace voxcarve

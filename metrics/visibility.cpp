@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -115,6 +116,11 @@ struct Found {
   std::vector<std::uint32_t> cut;
   std::vector<Piece> pieces;  ///< of the triangles in `cut`, one each
 };
+
+/// Bytes that a piece takes: in lists that double as they grow, and as a triangle of its own three corners twice while
+/// equal corners are merged.
+constexpr std::uint64_t kBytesAPiece =
+    2 * (sizeof(Piece) + sizeof(std::uint32_t)) + 2 * (3 * sizeof(Point) + sizeof(Triangle)) + sizeof(std::uint32_t);
 
 /// Looks at the triangles of one chunk, one after the other.
 class Viewer {
@@ -267,10 +273,13 @@ SurfacePart visible_part(const TriangleSoup& surface, const VisibilityOptions& o
   if (surface.empty()) return {};
   const auto triangles = static_cast<std::int64_t>(surface.triangles.size());
   Stage stage(context, "visible part", triangles);
-  context.require_memory(
+  const std::uint64_t bytes =
       OcclusionTree::memory_estimate(surface.triangles.size()) +
-          2 * (surface.positions.size() * sizeof(Point) + surface.triangles.size() * sizeof(Triangle)),
-      "finding the visible part");
+      2 * (surface.positions.size() * sizeof(Point) + surface.triangles.size() * sizeof(Triangle));
+  const auto require_memory = [&](std::uint64_t pieces) {
+    context.require_memory(bytes + pieces * kBytesAPiece, "finding the visible part");
+  };
+  require_memory(0);
   const TriangleSoup unit = normalised(surface);
   const Lengths lengths = lengths_of(unit, options);
   context.check_cancelled();
@@ -282,9 +291,16 @@ SurfacePart visible_part(const TriangleSoup& surface, const VisibilityOptions& o
   // Few triangles are long ones, so chunks are small then.
   const std::int64_t grain = std::clamp<std::int64_t>(triangles / 64, 1, kMaxGrain);
   std::vector<Found> chunks(static_cast<std::size_t>((triangles + grain - 1) / grain));
+  std::atomic<std::uint64_t> all_pieces = 0;  // their number is not known before they are found
   parallel_for(context, 0, triangles, grain, [&](std::int64_t first, std::int64_t last) {
     Viewer viewer(unit, tree, directions, lengths, context, chunks[static_cast<std::size_t>(first / grain)]);
-    for (std::int64_t t = first; t < last; ++t) viewer.look_at(static_cast<std::uint32_t>(t));
+    std::size_t pieces = 0;
+    for (std::int64_t t = first; t < last; ++t) {
+      viewer.look_at(static_cast<std::uint32_t>(t));
+      const std::size_t found = chunks[static_cast<std::size_t>(first / grain)].pieces.size();
+      if (found > pieces) require_memory(all_pieces += found - pieces);
+      pieces = found;
+    }
     stage.advance(last - first);
   });
   return collect(surface, unit, chunks);

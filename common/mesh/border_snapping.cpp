@@ -23,7 +23,8 @@ constexpr int kRounds = 4;
 /// Two places of one border are the two sides of a crack when the way along the border is this many times longer than
 /// the way across; at corners and in curves it is not.
 constexpr double kDetour = 3;
-constexpr std::int64_t kCheckEvery = 1024;  // vertices, for cancellation
+constexpr std::int64_t kComparisonsACheck = 1 << 18;  // for cancellation
+constexpr std::int64_t kPairsACheck = 1 << 12;
 
 using VertexPair = std::pair<std::uint32_t, std::uint32_t>;
 
@@ -117,28 +118,18 @@ double distance(const TriangleSoup& soup, std::uint32_t u, std::uint32_t v) {
   return (soup.positions[u] - soup.positions[v]).norm();
 }
 
-/// The pairs of border vertices that may become one, ascending.
-std::vector<VertexPair> matching_pairs(const TriangleSoup& soup, const Borders& borders, double tolerance,
-                                       const RunContext& context) {
-  std::vector<VertexPair> pairs;
-  std::int64_t visited = 0;
-  for (const std::uint32_t u : borders.vertices()) {
-    if (++visited % kCheckEvery == 0) context.check_cancelled();
-    std::vector<std::uint32_t> near;
-    for (const std::uint32_t e : borders.edges_near(u, tolerance)) {
-      for (const std::uint32_t v : {borders.edges()[e].from, borders.edges()[e].to})
-        if (v > u && distance(soup, u, v) <= tolerance) near.push_back(v);
-    }
-    if (near.empty()) continue;
-    std::ranges::sort(near);
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    const auto ways = borders.along(u, kDetour * tolerance);
-    for (const std::uint32_t v : near) {
-      const auto way = ways.find(v);
-      if (way == ways.end() || way->second >= kDetour * distance(soup, u, v)) pairs.emplace_back(u, v);
-    }
+/// Two border vertices that may become one.
+struct NearPair {
+  double distance = 0;
+  std::uint32_t low = 0, high = 0;
+
+  bool operator<(const NearPair& other) const {
+    return std::tie(distance, low, high) < std::tie(other.distance, other.low, other.high);
   }
-  // Corners of one triangle stay apart.
+};
+
+/// The sides of triangles between border vertices, ascending.
+std::vector<VertexPair> border_sides(const TriangleSoup& soup, const Borders& borders) {
   std::vector<std::uint8_t> on_border(soup.positions.size(), 0);
   for (const std::uint32_t v : borders.vertices()) on_border[v] = 1;
   std::vector<VertexPair> sides;
@@ -149,48 +140,126 @@ std::vector<VertexPair> matching_pairs(const TriangleSoup& soup, const Borders& 
     }
   }
   std::ranges::sort(sides);
-  std::erase_if(pairs, [&](const VertexPair& pair) { return std::ranges::binary_search(sides, pair); });
+  return sides;
+}
+
+/// All pairs within the tolerance that may become one, in the order of their vertices. Up to the square of the vertices
+/// in number, so their memory is declared as it grows.
+std::vector<NearPair> matching_pairs(const TriangleSoup& soup, const Borders& borders, double tolerance,
+                                     RunContext& context) {
+  // Thrice, while the list moves to twice the place; or twice, and an entry of either vertex in the other's partners.
+  constexpr std::uint64_t kBytesAPair = 3 * sizeof(NearPair);
+  static_assert(kBytesAPair >= 2 * sizeof(NearPair) + 2 * sizeof(std::uint32_t));
+  const std::vector<VertexPair> sides = border_sides(soup, borders);
+  std::vector<NearPair> pairs;
+  std::vector<std::uint32_t> near;
+  for (const std::uint32_t u : borders.vertices()) {
+    context.check_cancelled();
+    near.clear();
+    for (const std::uint32_t e : borders.edges_near(u, tolerance)) {
+      for (const std::uint32_t v : {borders.edges()[e].from, borders.edges()[e].to})
+        if (v > u && distance(soup, u, v) <= tolerance) near.push_back(v);
+    }
+    if (near.empty()) continue;
+    std::ranges::sort(near);
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    context.require_memory(soup.triangles.size() * kStitchBytesPerTriangle + (pairs.size() + near.size()) * kBytesAPair,
+                           "stitching");
+    const auto ways = borders.along(u, kDetour * tolerance);
+    const auto first_side = std::ranges::lower_bound(sides, VertexPair(u, 0));
+    const auto last_side = std::ranges::lower_bound(first_side, sides.end(), VertexPair(u + 1, 0));
+    for (const std::uint32_t v : near) {
+      // Corners of one triangle stay apart.
+      if (std::binary_search(first_side, last_side, VertexPair(u, v))) continue;
+      const auto way = ways.find(v);
+      const double length = distance(soup, u, v);
+      if (way == ways.end() || way->second >= kDetour * length) pairs.push_back({length, u, v});
+    }
+  }
   return pairs;
 }
 
-/// Groups the vertices of the pairs, the nearest pairs first; two groups join when all of their members are paired.
-/// Gives the groups of two and more, each ascending.
-std::vector<std::vector<std::uint32_t>> group(const TriangleSoup& soup, const std::vector<VertexPair>& pairs) {
-  std::vector<std::pair<double, VertexPair>> order;
-  order.reserve(pairs.size());
-  for (const VertexPair& pair : pairs) order.emplace_back(distance(soup, pair.first, pair.second), pair);
-  std::ranges::sort(order);
-  std::map<std::uint32_t, std::size_t> group_of;
-  std::vector<std::vector<std::uint32_t>> groups;
-  const auto find = [&](std::uint32_t vertex) {
-    const auto [entry, added] = group_of.try_emplace(vertex, groups.size());
-    if (added) groups.push_back({vertex});
-    return entry->second;
-  };
-  for (const auto& [length, pair] : order) {
-    const std::size_t first = find(pair.first);
-    const std::size_t second = find(pair.second);
-    if (first == second) continue;
-    const bool all_paired = std::ranges::all_of(groups[first], [&](std::uint32_t u) {
-      return std::ranges::all_of(groups[second], [&](std::uint32_t v) {
-        return std::ranges::binary_search(pairs, VertexPair(std::minmax(u, v)));
-      });
-    });
-    if (!all_paired) continue;
-    for (const std::uint32_t v : groups[second]) {
-      groups[first].push_back(v);
-      group_of[v] = first;
+/// Groups of vertices of which each is paired with each. What a group is paired with as a whole is kept with it, so
+/// that joining costs no more than the pairs it takes away.
+class Groups {
+ public:
+  /// `pairs` in the order of their vertices.
+  Groups(std::size_t vertices, const std::vector<NearPair>& pairs)
+      : group_of_(vertices), members_(vertices), first_(vertices + 1, 0) {
+    for (std::uint32_t v = 0; v < vertices; ++v) group_of_[v] = v;
+    for (const NearPair& pair : pairs) {
+      ++first_[pair.low + std::size_t{1}];
+      ++first_[pair.high + std::size_t{1}];
+      members_[pair.low] = {pair.low};
+      members_[pair.high] = {pair.high};
     }
-    groups[second].clear();
+    for (std::size_t v = 0; v < vertices; ++v) first_[v + 1] += first_[v];
+    end_.assign(first_.begin(), first_.end() - 1);
+    partners_.resize(2 * pairs.size());
+    for (const NearPair& pair : pairs) {  // in this order every list ascends
+      partners_[end_[pair.low]++] = pair.high;
+      partners_[end_[pair.high]++] = pair.low;
+    }
   }
-  std::erase_if(groups, [](const auto& members) { return members.size() < 2; });
-  for (auto& members : groups) std::ranges::sort(members);
-  return groups;
+
+  /// Joins the groups of both vertices when all of their members are paired.
+  void join(std::uint32_t u, std::uint32_t v) {
+    std::uint32_t large = group_of_[u];
+    std::uint32_t small = group_of_[v];
+    if (large == small) return;
+    if (members_[large].size() < members_[small].size()) std::swap(large, small);
+    const auto partners = [this](std::uint32_t group) {
+      return std::span(partners_).subspan(first_[group], end_[group] - first_[group]);
+    };
+    const auto of_large = partners(large);
+    if (!std::ranges::all_of(members_[small], [&](auto m) { return std::ranges::binary_search(of_large, m); })) return;
+    const auto of_small = partners(small);
+    std::size_t kept = first_[large];
+    auto other = of_small.begin();
+    for (const std::uint32_t partner : of_large) {
+      while (other != of_small.end() && *other < partner) ++other;
+      if (other != of_small.end() && *other == partner) partners_[kept++] = partner;
+    }
+    end_[large] = kept;
+    for (const std::uint32_t m : members_[small]) group_of_[m] = large;
+    members_[large].insert(members_[large].end(), members_[small].begin(), members_[small].end());
+    members_[small] = {};
+  }
+
+  /// The groups of two and more, each ascending.
+  std::vector<std::vector<std::uint32_t>> take() {
+    std::erase_if(members_, [](const auto& members) { return members.size() < 2; });
+    for (auto& members : members_) std::ranges::sort(members);
+    return std::move(members_);
+  }
+
+ private:
+  std::vector<std::uint32_t> group_of_;              ///< by vertex: the vertex that its group is named after
+  std::vector<std::vector<std::uint32_t>> members_;  ///< by group
+  std::vector<std::size_t> first_, end_;             ///< by group, into partners_
+  std::vector<std::uint32_t> partners_;              ///< the vertices that every member is paired with, ascending
+};
+
+/// Groups the vertices of the pairs, the nearest pairs first.
+std::vector<std::vector<std::uint32_t>> group(std::size_t vertices, std::vector<NearPair> pairs,
+                                              const RunContext& context) {
+  Groups groups(vertices, pairs);
+  std::int64_t compared = 0;
+  std::sort(pairs.begin(), pairs.end(), [&](const NearPair& a, const NearPair& b) {
+    if (++compared % kComparisonsACheck == 0) context.check_cancelled();
+    return a < b;
+  });
+  std::int64_t visited = 0;
+  for (const NearPair& pair : pairs) {
+    if (++visited % kPairsACheck == 0) context.check_cancelled();
+    groups.join(pair.low, pair.high);
+  }
+  return groups.take();
 }
 
-void merge_vertices(TriangleSoup& soup, double tolerance, SnapReport& report, const RunContext& context) {
+void merge_vertices(TriangleSoup& soup, double tolerance, SnapReport& report, RunContext& context) {
   const Borders borders(soup);
-  const auto groups = group(soup, matching_pairs(soup, borders, tolerance, context));
+  const auto groups = group(soup.positions.size(), matching_pairs(soup, borders, tolerance, context), context);
   if (groups.empty()) return;
   std::vector<std::uint32_t> renamed(soup.positions.size());
   for (std::uint32_t v = 0; v < renamed.size(); ++v) renamed[v] = v;
@@ -229,9 +298,8 @@ struct Joint {
 std::vector<Joint> find_joints(const TriangleSoup& soup, double tolerance, const RunContext& context) {
   const Borders borders(soup);
   std::vector<Joint> joints;
-  std::int64_t visited = 0;
   for (const std::uint32_t u : borders.vertices()) {
-    if (++visited % kCheckEvery == 0) context.check_cancelled();
+    context.check_cancelled();
     const Point& p = soup.positions[u];
     double nearest = tolerance;
     Joint joint;

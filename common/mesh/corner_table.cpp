@@ -156,6 +156,8 @@ CornerTable::Moves CornerTable::compact() {
   Moves moves;
   moves.new_triangle.assign(faces_.size(), kNone);
   std::vector<std::uint32_t> new_vertex(leaving_.size(), kNone);
+  moves.old_triangle.reserve(live_);
+  moves.old_vertex.reserve(leaving_.size());
   for (std::uint32_t t = 0; t < faces_.size(); ++t) {
     if (removed(t)) continue;
     moves.new_triangle[t] = static_cast<std::uint32_t>(moves.old_triangle.size());

@@ -26,6 +26,13 @@ class CornerTable {
                                           const RunContext& context);
   /// Bytes that `build` takes at its peak, the table included.
   static std::uint64_t memory_estimate(std::size_t triangles, std::size_t vertices);
+  /// Bytes that the table holds, and what `compact` takes at most beside them.
+  static std::uint64_t memory(std::size_t triangles, std::size_t vertices) {
+    return triangles * sizeof(Face) + vertices * sizeof(std::uint32_t);
+  }
+  static std::uint64_t compact_memory(std::size_t triangles, std::size_t vertices) {
+    return (triangles + vertices) * 2 * sizeof(std::uint32_t);
+  }
 
   std::uint32_t slots() const { return static_cast<std::uint32_t>(faces_.size()); }  ///< triangles, removed ones too
   std::uint32_t triangles() const { return live_; }                                  ///< that are left

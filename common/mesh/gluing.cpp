@@ -247,9 +247,10 @@ GlueReport glue_to_manifold(TriangleSoup& soup, RunContext& context) {
   }
   // Every call takes at least the first such edge away, and the new edges have two triangles each.
   while (divide_crowded_edges(soup)) context.check_cancelled();
-  const std::size_t before = soup.positions.size();
+  remove_unused_vertices(soup);  // the cut leaves them out, and they would hide copies in the count
+  const auto before = static_cast<std::int64_t>(soup.positions.size());
   soup = cut_to_manifold(soup);  // copies the vertices of neighbours that no orientation makes agree
-  report.copied_vertices += std::max<std::int64_t>(0, static_cast<std::int64_t>(soup.positions.size() - before));
+  report.copied_vertices += std::max<std::int64_t>(0, static_cast<std::int64_t>(soup.positions.size()) - before);
   return report;
 }
 

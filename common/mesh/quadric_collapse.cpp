@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/mesh/topology.h"
+
 namespace voxcarve {
 
 namespace {
@@ -47,19 +49,42 @@ QuadricCollapse<N>::QuadricCollapse(CornerTable table, std::vector<Vector> point
 
 template <int N>
 void QuadricCollapse<N>::run(std::uint32_t triangles, Stage& stage) {
-  const auto coarseness = [triangles](std::uint32_t goal) {  // 16 buckets are an octave
-    return goal / 16 > triangles ? 6 : goal / 4 > triangles ? 3 : 0;
+  const std::uint32_t target = std::max(triangles, least_triangles());
+  const auto coarseness = [target](std::uint32_t goal) {  // 16 buckets are an octave
+    return goal / 16 > target ? 6 : goal / 4 > target ? 3 : 0;
   };
   fill_queue(stage);
+  bool ran_out = false;  // of edges, before the goal: hardly any more will go, so these are the last rounds
   while (table_.triangles() > triangles) {
     const std::uint32_t before = table_.triangles();
     const std::uint32_t goal = std::max(triangles, before / 2);
-    last_rounds_ = coarseness(goal) == 0;
-    run_round(goal, coarseness(goal), stage);
+    const int coarse = ran_out ? 0 : coarseness(goal);
+    last_rounds_ = coarse == 0;
+    run_round(goal, coarse, stage);
+    ran_out = ran_out || table_.triangles() > goal;
     compact();
     if (table_.triangles() == before) break;  // each edge that is left was refused, and nothing has changed since
     requeue_refused();
   }
+}
+
+/// What no order of collapses gets below: a component keeps a triangle, a closed one a tetrahedron.
+template <int N>
+std::uint32_t QuadricCollapse<N>::least_triangles() const {
+  DisjointSets components(table_.vertices());
+  for (std::uint32_t t = 0; t < table_.slots(); ++t) {
+    if (table_.removed(t)) continue;
+    const Triangle corner = table_.corners(t);
+    components.join(corner[0], corner[1]);
+    components.join(corner[0], corner[2]);
+  }
+  std::vector<std::uint8_t> least(table_.vertices(), 0);  // by a component's representative
+  for (std::uint32_t v = 0; v < table_.vertices(); ++v) {
+    if (table_.leaving(v) == kNone) continue;
+    std::uint8_t& of_component = least[components.find(v)];
+    if (of_component != 1) of_component = table_.on_boundary(v) ? 1 : 4;
+  }
+  return std::accumulate(least.begin(), least.end(), 0U);
 }
 
 template <int N>

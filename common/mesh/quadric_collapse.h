@@ -50,14 +50,19 @@ class QuadricCollapse {
   /// Called before each collapse. Vertices are those of the round; `table` is that of the round too.
   std::function<void(const CornerTable& table, const QuadricCollapseEvent<N>&)> watcher;
 
-  /// Until at most so many triangles are left or none may go. Throws Cancelled.
+  /// Until at most so many triangles are left or none may go. A number that cannot be reached costs quality: every
+  /// collapse that is still allowed is made then, whatever its error, and the rounds before are as coarse as the number
+  /// lets them be where components alone (a triangle each, four of a closed one) do not tell. Throws Cancelled.
   void run(std::uint32_t triangles, Stage& stage);
 
-  /// Bytes a triangle and a vertex beside those of the table, at the peak.
+  /// Bytes at the peak, the table and carried colours included.
   static std::uint64_t memory_estimate(std::size_t triangles, std::size_t vertices) {
-    // The number of each triangle at first and now, and its share of three edges to two triangles in buckets half full.
-    return triangles * (2 + 3) * sizeof(std::uint32_t) +
-           vertices * (sizeof(Vector) + sizeof(Quadric<N>) + 2 * sizeof(std::uint32_t));
+    // Three edges to two triangles: in buckets that may be half full and, at worst, grow to twice their size while all
+    // the edges of a sweep come back to them.
+    constexpr std::size_t kQueued = 8;
+    return CornerTable::memory(triangles, vertices) + CornerTable::compact_memory(triangles, vertices) +
+           triangles * (1 + kQueued) * sizeof(std::uint32_t) +
+           vertices * (sizeof(Vector) + sizeof(Quadric<N>) + sizeof(std::uint32_t) + sizeof(Color));
   }
 
   const CornerTable& table() const { return table_; }
@@ -91,6 +96,7 @@ class QuadricCollapse {
   void collapse(std::uint32_t half_edge, const Merger& merger);
   void put_on_end(std::uint32_t half_edge, Merger& merger) const;
   void carry_color(std::uint32_t start, std::uint32_t end, const Vector& point);
+  std::uint32_t least_triangles() const;
   void fill_queue(Stage& stage);
   void visit(std::uint32_t half_edge);
   void requeue(std::uint32_t edge);

@@ -3,6 +3,7 @@
 #include "common/mesh/quadric_reduction.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -52,15 +53,23 @@ struct Manifold {
   std::optional<CornerTable> table;
 };
 
+std::uint64_t bytes_of(const TriangleSoup& soup) {
+  return soup.triangles.size() * sizeof(Triangle) + soup.positions.size() * sizeof(Point) +
+         (soup.triangle_colors.size() + soup.vertex_colors.size()) * sizeof(Color);
+}
+
 Manifold make_manifold(const TriangleSoup& soup, RunContext& context) {
   Manifold manifold{soup, std::nullopt, CornerTable::build(soup.triangles, soup.positions.size(), context)};
   if (manifold.table) return manifold;
-  manifold.cut = cut_to_manifold(soup);
+  context.require_memory(cut_memory_estimate(soup), "cutting the surface for its reduction");
+  manifold.cut = cut_to_manifold(soup, &context);
   const TriangleSoup& cut = *manifold.cut;
   if (cut.positions.size() > soup.positions.size()) {
     context.notice("the surface was cut at singular edges and vertices before its reduction: " +
                    std::to_string(soup.positions.size()) + " vertices became " + std::to_string(cut.positions.size()));
   }
+  context.require_memory(bytes_of(cut) + CornerTable::memory_estimate(cut.triangles.size(), cut.positions.size()),
+                         "the reduction");
   manifold.table = CornerTable::build(cut.triangles, cut.positions.size(), context);
   if (!manifold.table) throw MethodFailure("the surface could not be cut to a manifold for its reduction");
   return manifold;
@@ -97,21 +106,45 @@ void add_boundary(const CornerTable& table, const std::vector<VectorOf<N>>& poin
   quadrics[end] += plane;
 }
 
+/// The area vector of a triangle, twice as long as its area.
+template <int N>
+Eigen::Vector3d twice_area_of(const CornerTable& table, const std::vector<VectorOf<N>>& points, std::uint32_t t) {
+  const Triangle corner = table.corners(t);
+  const Eigen::Vector3d first = (points[corner[1]] - points[corner[0]]).template head<3>();
+  const Eigen::Vector3d second = (points[corner[2]] - points[corner[0]]).template head<3>();
+  return first.cross(second);
+}
+
+/// The largest of the area vectors next to a triangle.
+template <int N>
+Eigen::Vector3d largest_area_beside(const CornerTable& table, const std::vector<VectorOf<N>>& points, std::uint32_t t) {
+  Eigen::Vector3d largest = Eigen::Vector3d::Zero();
+  for (std::uint32_t half_edge = 4 * t; half_edge < 4 * t + 3; ++half_edge) {
+    const std::uint32_t twin = table.twin(half_edge);
+    if (twin == kNone) continue;
+    const Eigen::Vector3d area = twice_area_of<N>(table, points, CornerTable::triangle_of(twin));
+    if (area.squaredNorm() > largest.squaredNorm()) largest = area;
+  }
+  return largest;
+}
+
 template <int N>
 std::vector<Quadric<N>> make_quadrics(const CornerTable& table, const std::vector<VectorOf<N>>& points) {
   std::vector<Quadric<N>> quadrics(points.size());
   for (std::uint32_t t = 0; t < table.slots(); ++t) {
     const Triangle corner = table.corners(t);
-    const VectorOf<N> first = points[corner[1]] - points[corner[0]];
-    const VectorOf<N> second = points[corner[2]] - points[corner[0]];
-    const Eigen::Vector3d area = first.template head<3>().cross(second.template head<3>());
+    Eigen::Vector3d area = twice_area_of<N>(table, points, t);
     const double twice_area = area.norm();
-    if (!(twice_area > 0)) continue;
-    const double weight = weight_of(0.5 * twice_area);
-    // The triangle's plane passes through each corner, so its quadric is the same about all three.
-    const auto quadric =
-        N == 3 ? Quadric<N>::of_plane(area / twice_area, weight) : Quadric<N>::of_span(first, second, weight);
-    for (const std::uint32_t vertex : corner) quadrics[vertex] += quadric;
+    if (twice_area > 0) {
+      const double weight = weight_of(0.5 * twice_area);
+      // The triangle's plane passes through each corner, so its quadric is the same about all three.
+      const auto quadric = N == 3 ? Quadric<N>::of_plane(area / twice_area, weight)
+                                  : Quadric<N>::of_span(points[corner[1]] - points[corner[0]],
+                                                        points[corner[2]] - points[corner[0]], weight);
+      for (const std::uint32_t vertex : corner) quadrics[vertex] += quadric;
+    } else {
+      area = largest_area_beside<N>(table, points, t);  // what the boundary stands on then
+    }
     for (std::uint32_t half_edge = 4 * t; half_edge < 4 * t + 3; ++half_edge) {
       if (table.twin(half_edge) == kNone) add_boundary<N>(table, points, half_edge, area, quadrics);
     }
@@ -125,6 +158,10 @@ TriangleSoup to_soup(const QuadricCollapse<N>& collapse, const TriangleSoup& sou
                      double color_weight) {
   const CornerTable& table = collapse.table();
   TriangleSoup result;
+  result.triangles.reserve(table.triangles());
+  result.positions.reserve(table.vertices());
+  if (!soup.triangle_colors.empty()) result.triangle_colors.reserve(table.triangles());
+  if (!soup.vertex_colors.empty()) result.vertex_colors.reserve(table.vertices());
   std::vector<std::uint32_t> new_vertex(table.vertices(), kNone);
   for (std::uint32_t v = 0; v < table.vertices(); ++v) {
     if (table.leaving(v) == kNone) continue;
@@ -162,12 +199,13 @@ TriangleSoup reduce(Manifold&& manifold, std::uint32_t triangles, double color_w
   return to_soup<N>(collapse, soup, frame, color_weight);
 }
 
-/// Peak over the whole reduction; corners that are cut apart are vertices of their own.
+/// Of a reduction of a manifold; the result comes while the collapse still holds what it is made of.
 template <int N>
 std::uint64_t memory_estimate(const TriangleSoup& soup) {
-  const std::uint64_t triangles = soup.triangles.size();
-  const std::uint64_t vertices = soup.positions.size();
-  return CornerTable::memory_estimate(triangles, vertices) + QuadricCollapse<N>::memory_estimate(triangles, vertices);
+  const std::size_t triangles = soup.triangles.size();
+  const std::size_t vertices = soup.positions.size();
+  return std::max(CornerTable::memory_estimate(triangles, vertices),
+                  QuadricCollapse<N>::memory_estimate(triangles, vertices) + bytes_of(soup));
 }
 
 }  // namespace
@@ -183,9 +221,13 @@ TriangleSoup reduce_quadric(const TriangleSoup& soup, const QuadricReductionOpti
   if (before >= kMostTriangles) throw ResourceError("a surface of 2^30 triangles or more cannot be reduced");
   Stage stage(context, "reduction", before - wanted);
   const bool with_colors = options.color_weight > 0 && !soup.vertex_colors.empty();
-  context.require_memory(with_colors ? memory_estimate<6>(soup) : memory_estimate<3>(soup), "the reduction");
-
+  const auto require_memory = [&](const TriangleSoup& reduced, std::uint64_t held) {
+    context.require_memory(held + (with_colors ? memory_estimate<6>(reduced) : memory_estimate<3>(reduced)),
+                           "the reduction");
+  };
+  require_memory(soup, 0);  // at least; before any work
   Manifold manifold = make_manifold(soup, context);
+  if (manifold.cut) require_memory(*manifold.cut, bytes_of(*manifold.cut));  // corners cut apart are vertices
   const auto goal = static_cast<std::uint32_t>(wanted);
   TriangleSoup reduced = with_colors ? reduce<6>(std::move(manifold), goal, options.color_weight, stage)
                                      : reduce<3>(std::move(manifold), goal, options.color_weight, stage);

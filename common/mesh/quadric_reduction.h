@@ -22,7 +22,8 @@ struct QuadricReductionOptions {
 /// it merges with. A surface that is not an oriented manifold is cut at its singular edges and vertices first, with a
 /// notice. Triangle colours become those of the triangles that are left; vertex colours are interpolated, or optimised
 /// with the position when they take part.
-/// A notice says when no further edge may collapse before the count is reached. A soup that is within the count already
+/// A notice says when no further edge may collapse before the count is reached: such a count costs quality, because
+/// every collapse that is still allowed is made. A soup that is within the count already
 /// comes back unchanged. Vertices that did not move keep their coordinates to the last bit, triangles their order. The
 /// same bytes for the same input, whatever the number of threads; it takes one. Throws ParameterError for a colour
 /// weight that is negative or not finite, ResourceError before exceeding the memory budget, and Cancelled.

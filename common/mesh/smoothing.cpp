@@ -9,12 +9,14 @@
 
 #include "common/mesh/topology.h"
 #include "common/run/errors.h"
+#include "common/run/text.h"
 
 namespace voxcarve {
 
 namespace {
 
 constexpr std::int64_t kChunk = 1 << 14;  ///< vertices, about a millisecond
+constexpr double kMostGrowth = 2;         ///< of any wave
 
 /// The neighbours that each vertex is averaged with, in ascending order: those of vertex v from first[v] to
 /// first[v + 1].
@@ -110,23 +112,40 @@ void step(const Neighbours& neighbours, double weight, const std::vector<Point>&
 
 }  // namespace
 
-void taubin_smooth(TriangleSoup& surface, const TaubinOptions& options, RunContext& context) {
+void check_options(const TaubinOptions& options) {
   if (options.iterations < 0) throw ParameterError("the number of smoothing iterations must not be negative");
   if (!(options.lambda > 0 && options.lambda < 1)) throw ParameterError("lambda must lie between 0 and 1");
   if (!(options.mu < -options.lambda && std::isfinite(options.mu)))
     throw ParameterError("mu must be less than -lambda, or smoothing shrinks");
+  if (options.iterations == 0) return;
+  const double sum = options.lambda + options.mu;
+  const double product = options.lambda * options.mu;
+  const double shortest = 1 - 2 * sum + 4 * product;
+  const double largest = 1 - sum * sum / (4 * product);
+  constexpr double kRounding = 1e-12;  // lambda and mu at which it is 1 exactly are legal
+  if (std::abs(shortest) > 1 + kRounding || std::pow(largest, options.iterations) > kMostGrowth) {
+    throw ParameterError("with lambda " + format_real(options.lambda) + " and mu " + format_real(options.mu) + ", " +
+                         std::to_string(options.iterations) +
+                         " iterations of smoothing make waves instead; bring mu closer to -lambda");
+  }
+}
+
+void taubin_smooth(TriangleSoup& surface, const TaubinOptions& options, RunContext& context) {
+  check_options(options);
   if (options.iterations == 0 || surface.empty()) return;
 
   const std::size_t vertices = surface.positions.size();
   Stage stage(context, "smoothing", 2 * std::int64_t{options.iterations} * static_cast<std::int64_t>(vertices));
-  const std::uint64_t vertex_bytes = sizeof(Point) + sizeof(std::size_t) + sizeof(std::uint32_t);
+  const std::uint64_t vertex_bytes = 2 * sizeof(Point) + sizeof(std::size_t) + sizeof(std::uint32_t);
   context.require_memory(vertices * vertex_bytes + surface.triangles.size() * 6 * sizeof(std::uint32_t), "smoothing");
   const Neighbours neighbours = find_neighbours(surface, context);
+  std::vector<Point> positions = surface.positions;
   std::vector<Point> moved(vertices);
   for (int i = 0; i < options.iterations; ++i) {
-    step(neighbours, options.lambda, surface.positions, moved, context, stage);
-    step(neighbours, options.mu, moved, surface.positions, context, stage);
+    step(neighbours, options.lambda, positions, moved, context, stage);
+    step(neighbours, options.mu, moved, positions, context, stage);
   }
+  surface.positions = std::move(positions);
 }
 
 }  // namespace voxcarve

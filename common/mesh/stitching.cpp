@@ -113,8 +113,7 @@ class Stitcher {
         triangles_(static_cast<std::int64_t>(soup.triangles.size())),
         stage_(context, "stitching", kSteps * triangles_),
         tolerance_(tolerance) {
-    constexpr std::uint64_t kBytesPerTriangle = 600;  // copies, edge tables, fans; measured 100 to 250
-    context.require_memory(soup.triangles.size() * kBytesPerTriangle, "stitching");
+    context.require_memory(soup.triangles.size() * kStitchBytesPerTriangle, "stitching");
   }
 
   TriangleSoup run() {

@@ -15,7 +15,8 @@ struct StitchOptions {
 /// other, orients, cuts to a manifold, and fills the holes that are left. The result is a closed, oriented manifold,
 /// and empty when every triangle was degenerate. An open sheet gets another side. Parts that cut through each other
 /// stay as they are. Each step that changed something leaves a notice with its count. Colours of triangles and vertices
-/// are kept where the triangles are; new triangles take a neighbour's. Throws Cancelled.
+/// are kept where the triangles are; new triangles take a neighbour's. Throws ResourceError when it does not fit into
+/// the memory budget, and Cancelled.
 TriangleSoup stitch(const TriangleSoup& soup, const StitchOptions& options, RunContext& context);
 
 }  // namespace voxcarve

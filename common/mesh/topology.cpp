@@ -29,6 +29,19 @@ void DisjointSets::join(std::uint32_t first, std::uint32_t second) {
 
 namespace {
 
+constexpr std::size_t kCheckEvery = 4096;  // triangles, vertices or edges
+
+/// Looks for cancellation at some of the steps of a loop.
+void poll(const RunContext* run, std::size_t step) {
+  if (run != nullptr && step % kCheckEvery == 0) run->check_cancelled();
+}
+
+/// A side of a triangle on its way into an EdgeTable.
+struct SideRecord {
+  std::uint32_t high;
+  EdgeUse use;
+};
+
 constexpr std::uint32_t next_corner(std::uint32_t corner) {
   return corner == 2 ? 0 : corner + 1;
 }
@@ -49,15 +62,12 @@ void join_across(DisjointSets& corners, const TriangleSoup& soup, const EdgeTabl
 
 }  // namespace
 
-EdgeTable::EdgeTable(const TriangleSoup& soup) {
-  struct Record {
-    std::uint32_t high;
-    EdgeUse use;
-  };
+EdgeTable::EdgeTable(const TriangleSoup& soup, const RunContext* run) {
   // Bucket the sides by their smaller vertex, then sort each bucket: stable, so uses stay in triangle order.
   std::vector<std::size_t> bucket(soup.positions.size() + 1, 0);
-  const auto for_each_side = [&soup](auto&& visit) {
+  const auto for_each_side = [&soup, run](auto&& visit) {
     for (std::uint32_t t = 0; t < soup.triangles.size(); ++t) {
+      poll(run, t);
       const Triangle& triangle = soup.triangles[t];
       if (!has_distinct_corners(triangle)) continue;
       for (std::uint8_t c = 0; c < 3; ++c) visit(triangle[c], triangle[next_corner(c)], t, c);
@@ -67,25 +77,37 @@ EdgeTable::EdgeTable(const TriangleSoup& soup) {
     ++bucket[std::min(from, to) + std::size_t{1}];
   });
   std::partial_sum(bucket.begin(), bucket.end(), bucket.begin());
-  std::vector<Record> records(bucket.back());
+  std::vector<SideRecord> records(bucket.back());
   std::vector<std::size_t> fill(bucket.begin(), bucket.end() - 1);
   for_each_side([&](std::uint32_t from, std::uint32_t to, std::uint32_t t, std::uint8_t c) {
     records[fill[std::min(from, to)]++] = {std::max(from, to), {t, c, from < to}};
   });
+  std::size_t edges = 0;
+  const auto begins_edge = [&](std::size_t vertex, std::size_t record) {
+    return record == bucket[vertex] || records[record].high != records[record - 1].high;
+  };
+  for (std::size_t v = 0; v + 1 < bucket.size(); ++v) {
+    poll(run, v);
+    std::sort(records.begin() + static_cast<std::ptrdiff_t>(bucket[v]),
+              records.begin() + static_cast<std::ptrdiff_t>(bucket[v + 1]),
+              [](const SideRecord& a, const SideRecord& b) {
+                return a.high != b.high ? a.high < b.high : a.use.triangle < b.use.triangle;
+              });
+    for (std::size_t r = bucket[v]; r < bucket[v + 1]; ++r) edges += begins_edge(v, r) ? 1 : 0;
+  }
+  low_.reserve(edges);
+  high_.reserve(edges);
+  first_.reserve(edges + 1);
   uses_.reserve(records.size());
-  for (std::uint32_t v = 0; v + std::size_t{1} < bucket.size(); ++v) {
-    const auto begin = records.begin() + static_cast<std::ptrdiff_t>(bucket[v]);
-    const auto end = records.begin() + static_cast<std::ptrdiff_t>(bucket[v + std::size_t{1}]);
-    std::sort(begin, end, [](const Record& a, const Record& b) {
-      return a.high != b.high ? a.high < b.high : a.use.triangle < b.use.triangle;
-    });
-    for (auto record = begin; record != end; ++record) {
-      if (record == begin || record->high != high_.back()) {
-        low_.push_back(v);
-        high_.push_back(record->high);
+  for (std::size_t v = 0; v + 1 < bucket.size(); ++v) {
+    poll(run, v);
+    for (std::size_t r = bucket[v]; r < bucket[v + 1]; ++r) {
+      if (begins_edge(v, r)) {
+        low_.push_back(static_cast<std::uint32_t>(v));
+        high_.push_back(records[r].high);
         first_.push_back(uses_.size());
       }
-      uses_.push_back(record->use);
+      uses_.push_back(records[r].use);
     }
   }
   first_.push_back(uses_.size());
@@ -101,34 +123,58 @@ std::int64_t EdgeTable::signed_incidence(std::size_t edge) const {
 // copy form one path or cycle, along which orientation carries on. An edge that is glued has two triangles. An edge
 // that is not glued ends paths at both of its vertices; a path has two ends, one leaving and one arriving, so between
 // two copies at most one triangle runs in each direction.
-TriangleSoup cut_to_manifold(const TriangleSoup& soup) {
-  const EdgeTable edges(soup);
+TriangleSoup cut_to_manifold(const TriangleSoup& soup, const RunContext* run) {
   DisjointSets corners(3 * soup.triangles.size());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    const auto uses = edges.uses(e);
-    if (uses.size() != 2 || uses[0].forward == uses[1].forward) continue;
-    join_across(corners, soup, edges, e, uses[0].triangle, uses[1].triangle);
+  {
+    const EdgeTable edges(soup, run);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      poll(run, e);
+      const auto uses = edges.uses(e);
+      if (uses.size() != 2 || uses[0].forward == uses[1].forward) continue;
+      join_across(corners, soup, edges, e, uses[0].triangle, uses[1].triangle);
+    }
   }
+  const auto for_each_corner = [&](auto&& visit) {
+    for (std::uint32_t t = 0; t < soup.triangles.size(); ++t) {
+      poll(run, t);
+      if (!has_distinct_corners(soup.triangles[t])) continue;
+      for (std::uint32_t c = 0; c < 3; ++c) visit(t, c);
+    }
+  };
+  std::size_t vertices = 0;
+  for_each_corner([&](std::uint32_t t, std::uint32_t c) { vertices += corners.find(3 * t + c) == 3 * t + c ? 1 : 0; });
   TriangleSoup result;
   result.triangles.reserve(soup.triangles.size());
+  result.positions.reserve(vertices);
+  if (!soup.vertex_colors.empty()) result.vertex_colors.reserve(vertices);
+  if (!soup.triangle_colors.empty()) result.triangle_colors.reserve(soup.triangles.size());
   std::vector<std::uint32_t> copy(3 * soup.triangles.size());  // at a class's smallest corner: its vertex
-  for (std::uint32_t t = 0; t < soup.triangles.size(); ++t) {
-    if (!has_distinct_corners(soup.triangles[t])) continue;
-    Triangle triangle{};
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      const std::uint32_t corner = 3 * t + c;
-      const std::uint32_t representative = corners.find(corner);
-      if (representative == corner) {  // the smallest corner of its class comes first
-        copy[corner] = static_cast<std::uint32_t>(result.positions.size());
-        result.positions.push_back(soup.positions[soup.triangles[t][c]]);
-        if (!soup.vertex_colors.empty()) result.vertex_colors.push_back(soup.vertex_colors[soup.triangles[t][c]]);
-      }
-      triangle[c] = copy[representative];
+  Triangle triangle{};
+  for_each_corner([&](std::uint32_t t, std::uint32_t c) {
+    const std::uint32_t corner = 3 * t + c;
+    const std::uint32_t representative = corners.find(corner);
+    if (representative == corner) {  // the smallest corner of its class comes first
+      copy[corner] = static_cast<std::uint32_t>(result.positions.size());
+      result.positions.push_back(soup.positions[soup.triangles[t][c]]);
+      if (!soup.vertex_colors.empty()) result.vertex_colors.push_back(soup.vertex_colors[soup.triangles[t][c]]);
     }
+    triangle[c] = copy[representative];
+    if (c < 2) return;
     result.triangles.push_back(triangle);
     if (!soup.triangle_colors.empty()) result.triangle_colors.push_back(soup.triangle_colors[t]);
-  }
+  });
   return result;
+}
+
+std::uint64_t cut_memory_estimate(const TriangleSoup& soup) {
+  const std::uint64_t corners = 3 * soup.triangles.size();  // as many sides, edges and vertices at most
+  const std::uint64_t edge_table =
+      corners * (sizeof(EdgeUse) + 2 * sizeof(std::uint32_t) + sizeof(std::size_t) + sizeof(SideRecord)) +
+      (soup.positions.size() + 1) * 2 * sizeof(std::size_t);
+  const std::uint64_t vertex = sizeof(Point) + (soup.vertex_colors.empty() ? 0 : sizeof(Color));
+  const std::uint64_t triangle = sizeof(Triangle) + (soup.triangle_colors.empty() ? 0 : sizeof(Color));
+  const std::uint64_t result = corners * (sizeof(std::uint32_t) + vertex) + soup.triangles.size() * triangle;
+  return corners * sizeof(std::uint32_t) + std::max(edge_table, result);
 }
 
 namespace {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/mesh/triangle_soup.h"
+#include "common/run/context.h"
 
 namespace voxcarve {
 
@@ -41,7 +42,8 @@ struct EdgeUse {
 /// the order of the triangles. Takes O(n + m log d) for m triangles with at most d at a vertex.
 class EdgeTable {
  public:
-  explicit EdgeTable(const TriangleSoup& soup);
+  /// Throws Cancelled when the run that it belongs to, if any, is.
+  explicit EdgeTable(const TriangleSoup& soup, const RunContext* run = nullptr);
 
   std::size_t size() const { return low_.size(); }
   std::uint32_t low(std::size_t edge) const { return low_[edge]; }    ///< smaller vertex index
@@ -64,8 +66,11 @@ class EdgeTable {
 /// Copies are numbered in order of first use, triangles keep their order, and triangles that name a vertex twice are
 /// dropped. Vertex and triangle colours are kept. In the result every edge has at most two triangles, which use it in
 /// opposite directions, and the link of every vertex is one path or one cycle. A manifold comes back as it was, apart
-/// from the order of vertices and unused ones.
-TriangleSoup cut_to_manifold(const TriangleSoup& soup);
+/// from the order of vertices and unused ones. Throws Cancelled when the run that it belongs to, if any, is.
+TriangleSoup cut_to_manifold(const TriangleSoup& soup, const RunContext* run = nullptr);
+
+/// Bytes that `cut_to_manifold` takes at most beside `soup`, its result included: when every triangle comes off.
+std::uint64_t cut_memory_estimate(const TriangleSoup& soup);
 
 /// The part of a surface that is connected through shared vertices.
 struct ComponentTopology {

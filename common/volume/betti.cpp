@@ -1,7 +1,9 @@
 #include "common/volume/betti.h"
 
+#include <algorithm>
 #include <array>
-#include <bit>
+#include <atomic>
+#include <vector>
 
 #include "common/volume/labelling.h"
 
@@ -23,26 +25,39 @@ std::int64_t block_contribution(unsigned mask) {
 
 }  // namespace
 
-std::int64_t euler_characteristic(const BinaryVolume& volume) {
+std::int64_t euler_characteristic(const BinaryVolume& volume, const RunContext& context) {
   static const std::array<std::int64_t, 256> kContribution = [] {
     std::array<std::int64_t, 256> table{};
     for (unsigned mask = 0; mask < 256; ++mask) table[mask] = block_contribution(mask);
     return table;
   }();
-  std::int64_t characteristic = 0;
+  const std::int64_t nx = volume.nx();
+  const std::int64_t ny = volume.ny();
+  if (volume.values.empty()) return 0;
+  const std::vector<std::uint8_t> exterior(static_cast<std::size_t>(nx), 0);  // the rows beyond the grid
+  const auto row_of = [&](std::int64_t j, std::int64_t k) {
+    return j < ny && k < volume.nz() ? volume.values.data() + volume.index(0, j, k) : exterior.data();
+  };
+  std::atomic<std::int64_t> characteristic = 0;
   // Cells are counted at their lowest corner; blocks begin inside the grid, because every cell's lowest corner does.
-  for (std::int64_t k = 0; k < volume.nz(); ++k) {
-    for (std::int64_t j = 0; j < volume.ny(); ++j) {
-      for (std::int64_t i = 0; i < volume.nx(); ++i) {
-        unsigned mask = 0;
-        for (unsigned corner = 0; corner < 8; ++corner) {
-          if (volume.get(i + (corner & 1U), j + (corner >> 1 & 1U), k + (corner >> 2 & 1U), 0) != 0)
-            mask |= 1U << corner;
-        }
-        characteristic += kContribution[mask];
+  constexpr std::int64_t kVoxelsPerChunk = 1 << 18;
+  const std::int64_t grain = std::max<std::int64_t>(1, kVoxelsPerChunk / nx);
+  parallel_for(context, 0, ny * volume.nz(), grain, [&](std::int64_t begin, std::int64_t end) {
+    std::int64_t sum = 0;
+    for (std::int64_t row = begin; row < end; ++row) {
+      const std::int64_t j = row % ny;
+      const std::int64_t k = row / ny;
+      const std::array<const std::uint8_t*, 4> rows = {row_of(j, k), row_of(j + 1, k), row_of(j, k + 1),
+                                                       row_of(j + 1, k + 1)};
+      unsigned mask = 0;  // of the block that begins at voxel i
+      for (std::int64_t i = -1; i < nx; ++i) {
+        mask = mask >> 1 & 0x55U;
+        for (unsigned r = 0; r < 4 && i + 1 < nx; ++r) mask |= (rows[r][i + 1] != 0 ? 2U : 0U) << 2 * r;
+        if (i >= 0) sum += kContribution[mask];
       }
     }
-  }
+    characteristic += sum;
+  });
   return characteristic;
 }
 
@@ -55,7 +70,7 @@ BettiNumbers betti_numbers(const BinaryVolume& volume, RunContext& context) {
     return betti;
   }
   betti.b2 = cavities;
-  betti.b1 = betti.b0 + betti.b2 - euler_characteristic(volume);
+  betti.b1 = betti.b0 + betti.b2 - euler_characteristic(volume, context);
   return betti;
 }
 

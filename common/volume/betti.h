@@ -23,6 +23,6 @@ BettiNumbers betti_numbers(const BinaryVolume& volume, RunContext& context);
 /// Euler characteristic b0 - b1 + b2 by counting cells: voxel centres, edges, squares and cubes of interior voxels, and
 /// one more for every 2 x 2 x 2 block whose only exterior voxels are two opposite ones, which 18-connectivity keeps
 /// apart (the interior closes between them).
-std::int64_t euler_characteristic(const BinaryVolume& volume);
+std::int64_t euler_characteristic(const BinaryVolume& volume, const RunContext& context);
 
 }  // namespace voxcarve

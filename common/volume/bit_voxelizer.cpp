@@ -238,6 +238,10 @@ class BitVoxelizer {
 
 }  // namespace
 
+void require_voxels(const GridFrame& frame) {
+  if (frame.dims.minCoeff() < 1) throw InputError("there is nothing to voxelize: the grid has no voxels");
+}
+
 BitVolume voxelize_bits(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
                         std::uint64_t held, Stage& stage, RunContext& context, VoxelizeReport* report) {
   return BitVoxelizer(soup, frame, options, held, stage, context).run(report);

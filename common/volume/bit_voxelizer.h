@@ -6,8 +6,11 @@
 
 namespace voxcarve {
 
-/// What `voxelize` returns, as bits, without a stage of its own. `held` are the bytes that the caller holds or is about
-/// to hold beside the volume, for the declaration of memory.
+/// Throws InputError for a grid without voxels.
+void require_voxels(const GridFrame& frame);
+
+/// What `voxelize` returns, as bits, without a stage of its own. `frame` has voxels. `held` are the bytes that the
+/// caller holds or is about to hold beside the volume, for the declaration of memory.
 BitVolume voxelize_bits(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
                         std::uint64_t held, Stage& stage, RunContext& context, VoxelizeReport* report);
 

@@ -56,6 +56,7 @@ Grid<std::int32_t> squared_distance(const BinaryVolume& volume, std::uint8_t fea
   require_exact_sides(volume.frame);
   context.require_memory(volume.values.size() * (sizeof(std::int32_t) + 1), "the distance transform");
   auto distance = Grid<std::int32_t>::uninitialized(volume.frame);
+  if (volume.values.empty()) return distance;
   const std::int64_t nx = volume.nx();
   constexpr std::int64_t kVoxelsPerChunk = 1 << 17;
   parallel_for(context, 0, volume.ny() * volume.nz(), kVoxelsPerChunk / nx, [&](std::int64_t begin, std::int64_t end) {

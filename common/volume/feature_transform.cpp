@@ -81,6 +81,7 @@ Grid<std::uint32_t> nearest_feature(const BinaryVolume& volume, std::uint8_t fea
     throw ResourceError("the grid has more voxels than 32-bit indices reach; lower the resolution");
   context.require_memory(volume.values.size() * (sizeof(std::uint32_t) + 1), "the feature transform");
   auto nearest = Grid<std::uint32_t>::uninitialized(volume.frame);
+  if (volume.values.empty()) return nearest;
   const std::int64_t nx = volume.nx();
   constexpr std::int64_t kVoxelsPerChunk = 1 << 17;
   parallel_for(context, 0, volume.ny() * volume.nz(), kVoxelsPerChunk / nx, [&](std::int64_t begin, std::int64_t end) {

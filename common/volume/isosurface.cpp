@@ -17,7 +17,18 @@ namespace voxcarve {
 
 namespace {
 
-constexpr double kClearance = 1.0 / 1024;  ///< voxels between a crossing and a sample
+/// Voxels that are left between a crossing and a sample: 2^-10, or more where coordinates are so large that rounding a
+/// crossing could put it on the sample. Rounding moves each of the two by less than a last digit, epsilon times the
+/// largest coordinate; a quarter of a voxel is enough as long as a voxel has eight of these.
+double clearance_of(const GridFrame& frame) {
+  constexpr double kClearance = 1.0 / 1024;
+  const Point lower = frame.origin - Point::Constant(frame.voxel_size);  // samples beyond the grid
+  const Point upper = frame.origin + frame.voxel_size * (frame.dims.cast<double>() + Point::Ones());
+  const double largest = lower.cwiseAbs().cwiseMax(upper.cwiseAbs()).maxCoeff();
+  const double last_digit = std::numeric_limits<double>::epsilon() * largest / frame.voxel_size;
+  return std::clamp(2 * last_digit, kClearance, 0.25);
+}
+
 constexpr std::int64_t kWordBits = 64;
 constexpr std::int64_t kPrefetchRows = 2;  ///< how far the voxels are fetched ahead of use
 
@@ -36,6 +47,7 @@ struct FieldSamples {
   const Grid<float>& grid;
   float iso_value;
   bool zero_outside;  ///< the field is 0 beyond the grid; otherwise it mirrors, so that the surface closes midway
+  double clearance = clearance_of(grid.frame);
 
   bool inside(Value value) const { return value >= iso_value; }
   /// Where the surface crosses from sample a to sample b, as a share of the way; null is a sample beyond the grid.
@@ -44,7 +56,7 @@ struct FieldSamples {
     const double value_a = a != nullptr ? *a : 0.0;
     const double value_b = b != nullptr ? *b : 0.0;
     const double crossing = (static_cast<double>(iso_value) - value_a) / (value_b - value_a);
-    return std::clamp(crossing, kClearance, 1 - kClearance);
+    return std::clamp(crossing, clearance, 1 - clearance);
   }
 };
 

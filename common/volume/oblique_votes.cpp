@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <optional>
 
 #include "common/mesh/line_stabber.h"
 
@@ -88,8 +89,9 @@ namespace {
 /// The voters of one direction.
 class Lines {
  public:
-  Lines(const TriangleSoup& local, const Point& direction, const ObliqueVoteOptions& options)
-      : options_(options), stabber_(local, StabFrame::along(direction), 1.0) {}
+  Lines(const TriangleSoup& local, const Point& direction, double cell_size, const ObliqueVoteOptions& options,
+        const RunContext& context)
+      : options_(options), stabber_(local, StabFrame::along(direction), cell_size, &context) {}
 
   /// Adds the vote of a voxel that is still open.
   void vote(const Index3& voxel, VoteCount& count, std::vector<Crossing>& crossings) const {
@@ -152,13 +154,18 @@ void vote_oblique(const TriangleSoup& soup, const GridFrame& frame, IndexRange s
     near_surface.clear();
     known->curtains.mark_surface(frame.dims, slices, near_surface, context);
   }
+  // In voxels. Where all voxels ask, the distance of neighbouring lines; where few do, binning would take longer.
+  const double cell_size = known == nullptr ? 1 : 4;
   for (const Point& direction : directions) {
-    context.require_memory(held + LineStabber::memory_estimate(local, StabFrame::along(direction), 1.0),
-                           "voxelization");
-    const Lines lines(local, direction, options);
     if (known != nullptr) {
       marks = near_surface;
       known->curtains.mark_curtains(direction, frame.dims, slices, marks, context);
+    }
+    std::optional<Lines> lines;
+    if (known == nullptr || count_set(marks, context) > 0) {
+      context.require_memory(
+          held + LineStabber::memory_estimate(local, StabFrame::along(direction), cell_size, &context), "voxelization");
+      lines.emplace(local, direction, cell_size, options, context);
     }
     parallel_for(context, slices.first, slices.last + 1, 1, [&](std::int64_t k, std::int64_t) {
       std::vector<Crossing> crossings;
@@ -169,13 +176,13 @@ void vote_oblique(const TriangleSoup& soup, const GridFrame& frame, IndexRange s
         context.check_cancelled();
         VoteCount* of_row = of_slice + j * dims[0];
         if (known == nullptr) {
-          for (std::int64_t i = 0; i < dims[0]; ++i) lines.vote({i, j, k}, of_row[i], crossings);
+          for (std::int64_t i = 0; i < dims[0]; ++i) lines->vote({i, j, k}, of_row[i], crossings);
           continue;
         }
         for (std::int64_t word = 0; word < marks.row_words(); ++word) {
           for (BitWord marked = marks.row(j, slice)[word]; marked != 0; marked &= marked - 1) {
             const std::int64_t i = word * kWordBits + std::countr_zero(marked);
-            lines.vote({i, j, k}, of_row[i], crossings);
+            lines->vote({i, j, k}, of_row[i], crossings);
           }
         }
       }

@@ -194,7 +194,8 @@ class DensityFilter {
     sum_rows<std::uint32_t>(
         std::span(rows).first(kernel_.weights.size()), kernel_.weights, kernel_.total * kernel_.total, runs_,
         space.contents.data(), [&](std::int64_t run, const auto& sums) {
-          const auto voxels = static_cast<std::size_t>(std::min(kRun, nx - run * kRun));
+          // A run beyond the row's end, which a group still has, may see samples of the margin.
+          const auto voxels = static_cast<std::size_t>(std::clamp<std::int64_t>(nx - run * kRun, 0, kRun));
           for (std::size_t i = 0; i < voxels; ++i) {
             out[run * kRun + static_cast<std::int64_t>(i)] = static_cast<float>(sums[i]) / static_cast<float>(total);
           }
@@ -270,6 +271,7 @@ DensityVolume voxelize_density(const TriangleSoup& soup, const GridFrame& frame,
                                const SupersamplingOptions& supersampling, RunContext& context, VoxelizeReport* report) {
   const SampleKernel kernel = sample_kernel(supersampling);
   voxelization_directions(options.directions, options.axis);  // throws for a count that there is not
+  require_voxels(frame);
   const GridFrame fine = sample_frame(frame, kernel);
   BitVolume samples;
   {

@@ -14,6 +14,7 @@
 #include "common/mesh/aabb_tree.h"
 #include "common/run/errors.h"
 #include "common/volume/distance_transform.h"
+#include "common/volume/workspace_pool.h"
 
 namespace voxcarve {
 
@@ -190,6 +191,10 @@ class SliceRecorder {
   SliceRecorder(const TriangleSoup& soup, const Lattice& lattice, const GridFrame& frame)
       : soup_(soup), lattice_(lattice), frame_(frame), best_(static_cast<std::size_t>(frame.dims[0] * frame.dims[1])) {}
 
+  static std::uint64_t memory(const GridFrame& frame) {
+    return static_cast<std::uint64_t>(frame.dims[0] * frame.dims[1]) * sizeof(Best);
+  }
+
   void record(std::int64_t k, std::span<const std::uint32_t> triangles, std::vector<std::int64_t>& voxels,
               std::vector<Color>& colors, const RunContext& context) {
     constexpr std::size_t kCheckEvery = 1024;
@@ -297,13 +302,14 @@ SurfaceColors record_surface_colors(const TriangleSoup& soup, const GridFrame& f
   if (soup.vertex_colors.empty() && soup.triangle_colors.empty()) return result;
   const std::int64_t slices = frame.dims[2];
   Stage stage(context, "surface colours", slices);
-  context.require_memory(soup.positions.size() * sizeof(LatticePoint) +
-                             static_cast<std::uint64_t>(frame.dims[0] * frame.dims[1] * context.threads) * 16,
-                         "surface colours");
+  constexpr std::int64_t kSlicesPerChunk = 4;
+  const std::uint64_t recorders =
+      workspaces_at_once(context, (slices + kSlicesPerChunk - 1) / kSlicesPerChunk) * SliceRecorder::memory(frame);
+  context.require_memory(soup.positions.size() * sizeof(LatticePoint) + recorders, "surface colours");
   const Lattice lattice(soup, frame);
   const SliceIndex index(soup, lattice, slices, context);
+  context.require_memory(SliceIndex::bytes_with(index.items.size(), lattice) + recorders, "surface colours");
   std::vector<SurfaceColors> slice(static_cast<std::size_t>(slices));
-  constexpr std::int64_t kSlicesPerChunk = 4;
   parallel_for(context, 0, slices, kSlicesPerChunk, [&](std::int64_t begin, std::int64_t end) {
     SliceRecorder recorder(soup, lattice, frame);
     for (std::int64_t k = begin; k < end; ++k) {

@@ -67,6 +67,7 @@ GridFrame voxel_frame(const Box& box, std::int64_t resolution) {
 BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
                       RunContext& context, VoxelizeReport* report) {
   voxelization_directions(options.directions, options.axis);  // throws for a count that there is not
+  require_voxels(frame);
   Stage stage(context, "voxelization", voxelization_items(soup, frame, options));
   const auto bytes = static_cast<std::uint64_t>(frame.voxels());
   return expanded(voxelize_bits(soup, frame, options, bytes, stage, context, report), frame, context);

@@ -86,7 +86,7 @@ GridFrame voxel_frame(const Box& box, std::int64_t resolution);
 ///
 /// The soup may reach beyond the grid: a part of a grid gets the part of the volume. Beside the result, an eighth of
 /// its bytes are held, what the triangles need, and with 13 directions a byte a voxel. Throws ParameterError for
-/// another number of directions, InputError for a soup that reaches 2^28 voxels beyond the grid.
+/// another number of directions, InputError for a grid without voxels or a soup that reaches 2^28 voxels beyond it.
 BinaryVolume voxelize(const TriangleSoup& soup, const GridFrame& frame, const VoxelizeOptions& options,
                       RunContext& context, VoxelizeReport* report = nullptr);
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -129,14 +130,50 @@ void print_reasons(const std::vector<ComparisonRow>& rows) {
   for (const std::string& line : shown) fmt::print("  {}\n", line);
 }
 
-/// Makes the folder and removes what an earlier comparison left there, so that all files in it are of one run.
+constexpr const char* kCsv = "comparison.csv";
+constexpr const char* kJson = "comparison.json";
+constexpr const char* kPicture = "comparison.png";
+
+std::string mesh_file(const std::string& method) {
+  return method + ".ply";
+}
+
+/// The names of the files that an earlier comparison says it left in the folder; what else lies there is not ours.
+std::vector<std::string> earlier_files(const std::filesystem::path& folder) {
+  std::ifstream file(folder / kJson);
+  const Json earlier = Json::parse(file, nullptr, false);
+  if (!earlier.is_object() || !earlier.contains("rows") || !earlier["rows"].is_array()) return {};
+  std::vector<std::string> names = {kCsv, kJson};
+  if (!earlier.contains("no_picture")) names.emplace_back(kPicture);
+  for (const Json& row : earlier["rows"]) {
+    if (!row.is_object() || !row.contains("method") || !row["method"].is_string()) continue;
+    const std::string name = mesh_file(row["method"].get<std::string>());
+    const bool written = row.value("status", Json()) == to_string(RunStatus::kDone);
+    if (written && std::filesystem::path(name).filename() == name) names.push_back(name);
+  }
+  return names;
+}
+
+/// Refuses an input that the comparison would write over or remove.
+void protect_input(const std::string& input, const std::filesystem::path& folder, const std::vector<PlannedRun>& plan) {
+  std::vector<std::string> names = earlier_files(folder);
+  names.insert(names.end(), {kCsv, kJson, kPicture});
+  for (const PlannedRun& run : plan) names.push_back(mesh_file(run.method->info().name));
+  for (const std::string& name : names) {
+    std::error_code error;  // of files that are not there
+    if (std::filesystem::equivalent(input, folder / name, error)) {
+      throw ParameterError("the comparison would write over its input " + input + "; give another folder with -o");
+    }
+  }
+}
+
+/// Makes the folder and removes what an earlier comparison left there, so that all of a comparison's files in it are of
+/// one run.
 void prepare_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw ResourceError("cannot make the folder " + folder.string() + ": " + error.message());
-  std::vector<std::string> names = {"comparison.csv", "comparison.json", "comparison.png"};
-  for (const Method* method : all_methods()) names.push_back(method->info().name + ".ply");
-  for (const std::string& name : names) std::filesystem::remove(folder / name, error);
+  for (const std::string& name : earlier_files(folder)) std::filesystem::remove(folder / name, error);
 }
 
 void compare(const CompareOptions& options) {
@@ -144,17 +181,18 @@ void compare(const CompareOptions& options) {
   Session session(options.common);
   const Model model = session.open(options.input);
   const std::filesystem::path folder = options.output.empty() ? "compare-" + model.name : options.output;
+  protect_input(options.input, folder, plan);
   const TriangleSoup reference = reference_surface(model, session.context());
   const auto rows = compare_methods(model, reference, plan, options.triangles, options.metrics, session.context(),
                                     [&](const std::string& method) { session.announce(method); });
   session.announce("");
   prepare_folder(folder);
   for (const ComparisonRow& row : rows) {
-    if (row.status == RunStatus::kDone) write_mesh(row.surface, folder / (row.method + ".ply"));
+    if (row.status == RunStatus::kDone) write_mesh(row.surface, folder / mesh_file(row.method));
   }
-  write_file_atomically(folder / "comparison.csv", to_csv(full_table(model.name, rows)));
+  write_file_atomically(folder / kCsv, to_csv(full_table(model.name, rows)));
   const std::string no_picture =
-      draw(model, reference, rows, options, session.context().cancellation, folder / "comparison.png");
+      draw(model, reference, rows, options, session.context().cancellation, folder / kPicture);
   Json json = {{"program", "voxcarve " + version()},
                {"model", model.name},
                {"budget", options.triangles},
@@ -163,7 +201,7 @@ void compare(const CompareOptions& options) {
   if (!no_picture.empty()) json["no_picture"] = no_picture;
   json["rows"] = Json::array();
   for (const ComparisonRow& row : rows) json["rows"].push_back(to_json(row));
-  write_file_atomically(folder / "comparison.json", json_text(json) + "\n");
+  write_file_atomically(folder / kJson, json_text(json) + "\n");
   if (options.common.json) {
     print_json(json);
     return;

@@ -161,6 +161,8 @@ void run(const RunOptions& options) {
   if (wants_volume) {
     write_result_volume(choose_volume(result, level.index, options), model, options.output);
   } else if (!options.output.empty()) {
+    if (surface.empty())
+      throw MethodFailure("nothing of " + model.name + " is left, so there is no mesh to write to " + options.output);
     write_mesh(surface, options.output);
   }
   const Json report = run_report(model, method, parameters, result, level.index, surface, checks, options);

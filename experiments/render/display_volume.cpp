@@ -70,15 +70,18 @@ class Scale {
     }
     factor_ = DisplayVolume::kLargest / range;
     band_ = kBandShare * range;
+    opaque_ = std::min(iso_value + band_, static_cast<double>(*greatest));
   }
-  double band() const { return band_; }
+  /// In samples; neither end of the rise is beyond their range.
+  double band() const { return band_ * factor_; }
+  double opaque() const { return (opaque_ - low_) * factor_; }
   double mirrored(double value) const { return iso_value_ - std::max(value - iso_value_, band_); }
   double operator()(double value) const {
     return std::clamp((value - low_) * factor_, 0.0, static_cast<double>(DisplayVolume::kLargest));
   }
 
  private:
-  double iso_value_, low_, factor_, band_;
+  double iso_value_, low_, factor_, band_, opaque_;
 };
 
 template <class Volume>
@@ -99,7 +102,8 @@ DisplayVolume display(const Volume& volume, const UnitFrame& frame) {
   result.first_sample = frame.to_unit(grid.frame.center(low));
   result.spacing = grid.frame.voxel_size / frame.half_extent;
   result.iso_value = scale(iso_value);
-  result.band = scale(iso_value + scale.band()) - result.iso_value;
+  result.band = scale.band();
+  result.opaque = scale.opaque();
   result.samples.reserve(static_cast<std::size_t>(result.dims.prod()));
   const Index3 last_voxel = grid.frame.dims - Index3::Ones();
   Index3 at;

@@ -23,7 +23,10 @@ struct DisplayVolume {
   double spacing = 1;                     ///< in the unit frame
   std::vector<std::uint16_t> samples;     ///< x fastest, in proportion to the values
   double iso_value = 0;                   ///< on the samples' scale
-  double band = 0;  ///< values from the iso-value on over which opacity rises to full, on that scale
+  /// On that scale, positive: opacity rises from nothing at `opaque - band` to full at `opaque`. The rise begins at the
+  /// iso-value, or ends at the greatest value where that lies within a band of the iso-value.
+  double band = 1;
+  double opaque = 1;
 };
 
 /// Takes the box of the interior voxels, two voxels wider on every side; gradients at the surface need no more. Beyond

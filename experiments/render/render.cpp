@@ -40,7 +40,8 @@ RenderedImage render_image(const std::vector<RenderItem>& items, const RenderOpt
     if (options.cancellation.stop_requested()) throw Cancelled();
     const RenderContent& content = items[static_cast<std::size_t>(panel)].content;
     const auto* slice = std::get_if<SlicePicture>(&content);
-    canvas.place_scene(panel, slice != nullptr ? slice_painter.paint(*slice) : scenes->paint(content));
+    canvas.place_scene(panel,
+                       slice != nullptr ? slice_painter.paint(*slice, options.cancellation) : scenes->paint(content));
     canvas.place_caption(panel, band);
   }
   return canvas.finish();

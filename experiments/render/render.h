@@ -38,7 +38,7 @@ struct RenderOptions {
   /// True: all items under one camera that holds all of them, at their own places and sizes (for results of one input);
   /// slices likewise among themselves. False: every item fills its own panel.
   bool common_camera = true;
-  std::stop_token cancellation;  ///< asked between panels, between the rays of a volume and before and after a mesh
+  std::stop_token cancellation;  ///< asked between panels, rows of a slice and rays of a volume, and around a mesh
 };
 
 inline constexpr int kMinPanelSize = 16;                    ///< pixels
@@ -68,7 +68,8 @@ bool captions_available();
 /// same items and options give the same pixels on one machine. Calls from several threads take turns.
 ///
 /// Volumes are drawn in the colour and light of meshes: transparent below the iso-value (0.5 of a binary volume),
-/// opaque from a hundredth of the range of values above it on, and closed where they meet the border of their grid.
+/// opaque from a hundredth of the range of values above it on (at the greatest value, and transparent a hundredth below
+/// that, where no value lies so far above), and closed where they meet the border of their grid.
 /// Slices look as SlicePainter states, and ignore the camera.
 ///
 /// Throws ParameterError for an empty list or options out of range, InputError for a shape that `validate` refuses or a

@@ -22,6 +22,7 @@ constexpr std::string_view kAxisNames = "xyz";
 constexpr double kMarginShare = 1.0 / 100;  ///< of the scene's shorter side, left white on every side
 constexpr Rgb8 kInteriorInDistanceMap = {48, 48, 48};
 constexpr unsigned char kFrame = 128;  ///< grey of the line around a slice
+constexpr int kMostSamples = 64;       ///< along each side of a pixel: beyond it more of them change no colour visibly
 constexpr Rgb8 kContourOnGrey = {230, 60, 20};
 constexpr Rgb8 kContourOnColors = {0, 0, 0};
 
@@ -190,9 +191,12 @@ SlicePainter::Fit SlicePainter::fit(const std::vector<const SlicePicture*>& slic
   if (enlargement >= 1) {
     fit.pixel = voxel / std::floor(enlargement);
   } else {
-    fit.samples = static_cast<int>(std::ceil(1 / enlargement - 1e-9));
-    fit.pixel = voxel * fit.samples;
+    const double voxels_a_pixel = std::ceil(1 / enlargement - 1e-9);
+    fit.samples = static_cast<int>(std::min<double>(voxels_a_pixel, kMostSamples));
+    fit.pixel = voxel * voxels_a_pixel;
   }
+  if (!std::isfinite(fit.pixel))
+    throw ParameterError("the slices lie too far apart for one scale; give --separate to draw every one by itself");
   const Eigen::Array2d used = (voxels * voxel / fit.pixel).round();
   const Eigen::Array2d border = ((Eigen::Array2d(width_, height_) - used) / 2).floor();
   fit.lower = lower.array() - border * fit.pixel;
@@ -201,9 +205,14 @@ SlicePainter::Fit SlicePainter::fit(const std::vector<const SlicePicture*>& slic
 
 namespace {
 
-/// The voxel that holds a position along one axis; may lie outside the slice.
-std::int64_t voxel_at(double position, double lower, double voxel_size) {
-  return static_cast<std::int64_t>(std::floor((position - lower) / voxel_size));
+/// The voxel that holds a position along one axis, of `count`; -1 or `count` outside the slice, however far.
+std::int64_t voxel_at(double position, double lower, double voxel_size, std::int64_t count) {
+  const double voxel = std::floor((position - lower) / voxel_size);
+  return static_cast<std::int64_t>(std::clamp(voxel, -1.0, static_cast<double>(count)));
+}
+
+std::int64_t voxels_along(const SlicePicture& slice, int axis) {
+  return axis == 0 ? slice.width : slice.height;
 }
 
 /// The field between the voxel centres, constant beyond the outermost.
@@ -225,41 +234,57 @@ double bilinear(const SlicePicture& slice, const Eigen::Vector2d& position) {
 
 }  // namespace
 
-std::vector<unsigned char> SlicePainter::paint(const SlicePicture& slice) const {
-  const Fit fit = common_ ? common_fit_ : this->fit({&slice});
-  // The voxel of every sample, along each axis by itself.
-  const auto voxels = [&](int pixels, int axis) {
-    std::vector<std::int64_t> at;
-    for (int sample = 0; sample < pixels * fit.samples; ++sample) {
-      const double position = fit.lower[axis] + fit.pixel * (sample + 0.5) / fit.samples;
-      at.push_back(voxel_at(position, slice.lower[axis], slice.voxel_size));
+/// The samples of a scene's pixels along one axis.
+struct SlicePainter::Lane {
+  std::vector<std::int64_t> voxels;  ///< of every sample, `samples` a pixel; outside the slice -1 or the number of them
+  int first = 0, last = 0;           ///< the pixels from the first to before the last hold all that lie inside
+};
+
+SlicePainter::Lane SlicePainter::lane(const SlicePicture& slice, const Fit& fit, int axis) const {
+  const int pixels = axis == 0 ? width_ : height_;
+  const std::int64_t count = voxels_along(slice, axis);
+  Lane lane{{}, pixels, 0};
+  lane.voxels.reserve(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(fit.samples));
+  for (int pixel = 0; pixel < pixels; ++pixel) {
+    for (int sample = 0; sample < fit.samples; ++sample) {
+      const double position = fit.lower[axis] + fit.pixel * (pixel + (sample + 0.5) / fit.samples);
+      const std::int64_t voxel = voxel_at(position, slice.lower[axis], slice.voxel_size, count);
+      lane.voxels.push_back(voxel);
+      if (voxel < 0 || voxel >= count) continue;
+      lane.first = std::min(lane.first, pixel);
+      lane.last = pixel + 1;
     }
-    return at;
-  };
-  const std::vector<std::int64_t> columns = voxels(width_, 0);
-  const std::vector<std::int64_t> rows = voxels(height_, 1);
+  }
+  return lane;
+}
+
+std::vector<unsigned char> SlicePainter::paint(const SlicePicture& slice, const std::stop_token& cancellation) const {
+  const Fit fit = common_ ? common_fit_ : this->fit({&slice});
+  const Lane columns = lane(slice, fit, 0);
+  const Lane rows = lane(slice, fit, 1);
   const auto color_at = [&](std::size_t x, std::size_t y) {
-    const std::int64_t column = columns[x];
-    const std::int64_t row = rows[y];
+    const std::int64_t column = columns.voxels[x];
+    const std::int64_t row = rows.voxels[y];
     if (column < 0 || row < 0 || column >= slice.width || row >= slice.height) return Rgb8{255, 255, 255};
     return slice.colors[static_cast<std::size_t>(row * slice.width + column)];
   };
   const auto samples = static_cast<std::size_t>(fit.samples);
-  std::vector<unsigned char> rgb;
-  rgb.reserve(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  for (int y = height_ - 1; y >= 0; --y) {
-    for (int x = 0; x < width_; ++x) {
+  std::vector<unsigned char> rgb(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 255);
+  for (int y = rows.first; y < rows.last; ++y) {
+    if (cancellation.stop_requested()) throw Cancelled();
+    for (int x = columns.first; x < columns.last; ++x) {
       std::array<std::size_t, 3> sum = {0, 0, 0};
       for (std::size_t sample = 0; sample < samples * samples; ++sample) {
         const Rgb8 color = color_at(static_cast<std::size_t>(x) * samples + sample % samples,
                                     static_cast<std::size_t>(y) * samples + sample / samples);
         for (std::size_t channel = 0; channel < 3; ++channel) sum[channel] += color[channel];
       }
-      for (const std::size_t channel : sum)
-        rgb.push_back(static_cast<unsigned char>((channel + samples * samples / 2) / (samples * samples)));
+      unsigned char* const pixel = rgb.data() + 3 * pixel_index(x, y);
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        pixel[channel] = static_cast<unsigned char>((sum[channel] + samples * samples / 2) / (samples * samples));
     }
   }
-  if (!slice.above_iso.empty()) draw_contour(slice, fit, rgb);
+  if (!slice.above_iso.empty()) draw_contour(slice, fit, rgb, cancellation);
   draw_frame(slice, fit, rgb);
   return rgb;
 }
@@ -276,27 +301,29 @@ void SlicePainter::draw_frame(const SlicePicture& slice, const Fit& fit, std::ve
   for (int y = std::max(bottom, 0); y <= std::min(top, height_ - 1); ++y) {
     for (int x = std::max(left, 0); x <= std::min(right, width_ - 1); ++x) {
       if (x != left && x != right && y != bottom && y != top) continue;
-      std::fill_n(rgb.begin() + 3 * (static_cast<std::ptrdiff_t>(height_ - 1 - y) * width_ + x), 3, kFrame);
+      std::fill_n(rgb.data() + 3 * pixel_index(x, y), 3, kFrame);
     }
   }
 }
 
-void SlicePainter::draw_contour(const SlicePicture& slice, const Fit& fit, std::vector<unsigned char>& rgb) const {
+void SlicePainter::draw_contour(const SlicePicture& slice, const Fit& fit, std::vector<unsigned char>& rgb,
+                                const std::stop_token& cancellation) const {
   const auto inside = [&](int x, int y) {
     const Eigen::Vector2d position = fit.lower + fit.pixel * Eigen::Vector2d(x + 0.5, y + 0.5);
     // Everything beyond the grid counts as exterior.
     for (int axis = 0; axis < 2; ++axis) {
-      const std::int64_t voxel = voxel_at(position[axis], slice.lower[axis], slice.voxel_size);
-      if (voxel < 0 || voxel >= (axis == 0 ? slice.width : slice.height)) return false;
+      const std::int64_t count = voxels_along(slice, axis);
+      const std::int64_t voxel = voxel_at(position[axis], slice.lower[axis], slice.voxel_size, count);
+      if (voxel < 0 || voxel >= count) return false;
     }
     return bilinear(slice, position) >= 0;
   };
   // The outermost interior pixels.
   for (int y = 0; y < height_; ++y) {
+    if (cancellation.stop_requested()) throw Cancelled();
     for (int x = 0; x < width_; ++x) {
       if (!inside(x, y) || (inside(x - 1, y) && inside(x + 1, y) && inside(x, y - 1) && inside(x, y + 1))) continue;
-      const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(height_ - 1 - y) * width_ + x;
-      std::copy(slice.contour_color.begin(), slice.contour_color.end(), rgb.begin() + 3 * pixel);
+      std::copy(slice.contour_color.begin(), slice.contour_color.end(), rgb.data() + 3 * pixel_index(x, y));
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <string_view>
 #include <vector>
 
@@ -96,11 +97,13 @@ class SlicePainter {
   /// A scene of `width` x `height` pixels for these slices. `common`: all at one scale and at their own places, such
   /// that the box of all fits; the smallest voxels are squares of a whole number of pixels. Otherwise each slice fills
   /// its scene with such squares and is centred. Voxels that would be smaller than a pixel are averaged over whole
-  /// numbers of them.
+  /// numbers of them; where they are more than 64 a side, over 64 x 64 points of the pixel. Throws ParameterError when
+  /// the slices lie so far apart that no pixel is large enough.
   SlicePainter(const std::vector<const SlicePicture*>& slices, bool common, int width, int height);
 
-  /// RGB, rows from top to bottom, of a slice that was given to the constructor.
-  std::vector<unsigned char> paint(const SlicePicture& slice) const;
+  /// RGB, rows from top to bottom, of a slice that was given to the constructor. Throws Cancelled when a stop was
+  /// requested, and as the constructor does when every slice has its own scale.
+  std::vector<unsigned char> paint(const SlicePicture& slice, const std::stop_token& cancellation = {}) const;
 
  private:
   /// How voxels become pixels.
@@ -109,9 +112,16 @@ class SlicePainter {
     double pixel = 1;             ///< model units a pixel
     int samples = 1;              ///< a side, averaged in every pixel
   };
+  struct Lane;
   Fit fit(const std::vector<const SlicePicture*>& slices) const;
+  Lane lane(const SlicePicture& slice, const Fit& fit, int axis) const;
+  /// Of a scene's pixel, counted from its lower left corner.
+  std::size_t pixel_index(int x, int y) const {
+    return static_cast<std::size_t>(height_ - 1 - y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
   void draw_frame(const SlicePicture& slice, const Fit& fit, std::vector<unsigned char>& rgb) const;
-  void draw_contour(const SlicePicture& slice, const Fit& fit, std::vector<unsigned char>& rgb) const;
+  void draw_contour(const SlicePicture& slice, const Fit& fit, std::vector<unsigned char>& rgb,
+                    const std::stop_token& cancellation) const;
 
   bool common_;
   int width_, height_;

@@ -46,8 +46,8 @@ void add_volume(vtkRenderer& renderer, const DisplayVolume& volume) {
   mapper->SetInteractiveSampleDistance(static_cast<float>(volume.spacing / kSamplesAVoxel));
 
   const vtkNew<vtkPiecewiseFunction> opacity;
-  opacity->AddPoint(volume.iso_value, 0);
-  opacity->AddPoint(volume.iso_value + volume.band, kFullOpacity);
+  opacity->AddPoint(volume.opaque - volume.band, 0);
+  opacity->AddPoint(volume.opaque, kFullOpacity);
   const vtkNew<vtkColorTransferFunction> color;
   color->AddRGBPoint(0, kNeutralColor[0] / 255.0, kNeutralColor[1] / 255.0, kNeutralColor[2] / 255.0);
 

@@ -38,6 +38,7 @@ void run_method(const Model& model, const PlannedRun& planned, std::int64_t tria
   attempt(row, "", [&] {
     const MethodResult result = planned.method->run(model, planned.parameters, context);
     row.surface = level_for_budget(result, triangles).surface;
+    if (row.surface.empty()) throw MethodFailure("nothing of " + model.name + " is left");
     row.timings = result.timings;
     row.notices = result.notices;
   });

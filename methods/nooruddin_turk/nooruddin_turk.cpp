@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "common/mesh/reduction_parameters.h"
@@ -21,6 +22,19 @@ namespace {
 
 constexpr const char* kThinShell = "thin-shell";
 constexpr std::int64_t kSmoothAfterMorphology = -1;
+
+TaubinOptions smoothing_options(const Parameters& parameters) {
+  TaubinOptions options;
+  options.lambda = parameters.real("smoothing_lambda");
+  options.mu = parameters.real("smoothing_mu");
+  const std::int64_t asked = parameters.integer("smoothing");
+  if (asked != kSmoothAfterMorphology) {
+    options.iterations = static_cast<int>(asked);
+  } else if (parameters.choice("morphology") == "none") {
+    options.iterations = 0;
+  }
+  return options;
+}
 
 MethodInfo make_info() {
   MethodInfo info;
@@ -66,6 +80,7 @@ MethodInfo make_info() {
   info.parameters.check = [](const Parameters& parameters) {
     if (parameters.real("smoothing_mu") >= -parameters.real("smoothing_lambda"))
       throw ParameterError("smoothing_mu must lie below -smoothing_lambda, or the smoothing shrinks the surface");
+    check_options(smoothing_options(parameters));
   };
   return info;
 }
@@ -89,7 +104,28 @@ BinaryVolume apply_morphology(const BinaryVolume& volume, const Parameters& para
   return close(volume, distance, context, map);
 }
 
-/// "conversion at approximately 10 times the distance value" [NT03, 4].
+/// Voxels along the longest side of the interior's box; 0 without an interior.
+std::int64_t extent_of(const BinaryVolume& volume) {
+  Index3 low = volume.frame.dims;
+  Index3 high = Index3::Constant(-1);
+  for (std::int64_t k = 0; k < volume.nz(); ++k) {
+    for (std::int64_t j = 0; j < volume.ny(); ++j) {
+      const auto row =
+          std::span(volume.values)
+              .subspan(static_cast<std::size_t>(volume.index(0, j, k)), static_cast<std::size_t>(volume.nx()));
+      const auto is_interior = [](std::uint8_t value) { return value != 0; };
+      const auto first = std::ranges::find_if(row, is_interior);
+      if (first == row.end()) continue;
+      const auto last = std::find_if(row.rbegin(), row.rend(), is_interior);
+      low = low.cwiseMin(Index3(first - row.begin(), j, k));
+      high = high.cwiseMax(Index3(row.rend() - last - 1, j, k));
+    }
+  }
+  return std::max<std::int64_t>(0, (high - low).maxCoeff() + 1);
+}
+
+/// The paper advises a resolution of about ten times the distance [NT03, 4]. `resolution`: of the voxelization, or what
+/// a volume fills of its grid.
 void advise_resolution(std::int64_t resolution, const Parameters& parameters, RunContext& context) {
   const double distance = parameters.real("distance");
   if (static_cast<double>(resolution) >= 10 * distance) return;
@@ -132,7 +168,8 @@ class NooruddinTurk final : public Method {
     }
     MethodResult result;
     result.volumes.push_back({"result", as_result(std::move(voxels))});
-    smooth(surface, parameters, context);
+    const TaubinOptions smoothing = smoothing_options(parameters);
+    if (smoothing.iterations > 0) taubin_smooth(surface, smoothing, context);
     result.levels = make_levels({reduce(std::move(surface), parameters, context)});
     return result;
   }
@@ -157,7 +194,6 @@ class NooruddinTurk final : public Method {
 
   /// Replaces `voxels` by the morphology's result.
   static void operate(const Model& model, const Parameters& parameters, Voxels& voxels, RunContext& context) {
-    advise_resolution(frame_of(voxels).dims.maxCoeff(), parameters, context);
     if (const auto* field = std::get_if<DensityVolume>(&voxels.volume)) {
       const auto threshold = static_cast<float>(parameters.real("threshold"));
       voxels.volume = thresholded(*field, voxels.closes_at_border ? voxels.iso_value : threshold);
@@ -166,6 +202,8 @@ class NooruddinTurk final : public Method {
     voxels.closes_at_border = false;
     auto& volume = std::get<BinaryVolume>(voxels.volume);
     if (count_interior(volume) == 0) fail_empty(model);
+    advise_resolution(model.soup() != nullptr ? parameters.integer("resolution") : extent_of(volume), parameters,
+                      context);
     volume = apply_morphology(volume, parameters, context);
     if (count_interior(volume) == 0) {
       throw MethodFailure("the " + parameters.choice("morphology") + " removed every voxel of " + model.name +
@@ -198,19 +236,6 @@ class NooruddinTurk final : public Method {
   static std::variant<BinaryVolume, DensityVolume> as_result(Voxels voxels) {
     if (voxels.closes_at_border) return thresholded(std::get<DensityVolume>(voxels.volume), voxels.iso_value);
     return std::move(voxels.volume);
-  }
-
-  static void smooth(TriangleSoup& surface, const Parameters& parameters, RunContext& context) {
-    TaubinOptions options;
-    options.lambda = parameters.real("smoothing_lambda");
-    options.mu = parameters.real("smoothing_mu");
-    const std::int64_t asked = parameters.integer("smoothing");
-    if (asked != kSmoothAfterMorphology) {
-      options.iterations = static_cast<int>(asked);
-    } else if (parameters.choice("morphology") == "none") {
-      options.iterations = 0;
-    }
-    if (options.iterations > 0) taubin_smooth(surface, options, context);
   }
 
   MethodInfo info_ = make_info();

@@ -107,6 +107,43 @@ TEST_F(Program, ComparesWithASkippedAndAFailedRowAndSaysWhy) {
       << outcome.out;
 }
 
+TEST_F(Program, ComparisonsRemoveTheirOwnFilesAlone) {
+  // The input lies in the folder of the results, under the name of a method that is not compared; so does another file.
+  EXPECT_EQ(run("models 'torus?segments=8&tube_segments=6' -o result/qslim.ply").code, 4);  // no such folder yet
+  fs::create_directory(folder_ / "result");
+  EXPECT_EQ(run("models 'torus?segments=8&tube_segments=6' -o result/alpha-wrap.ply").code, 0);
+  const std::string input = read_text(folder_ / "result" / "alpha-wrap.ply");
+  std::ofstream(folder_ / "result" / "nooruddin-turk.ply") << "not ours";
+  EXPECT_EQ(run("compare result/alpha-wrap.ply --methods identity,qslim --triangles 50 -o result").code, 0);
+  EXPECT_EQ(read_text(folder_ / "result" / "alpha-wrap.ply"), input);
+  EXPECT_EQ(read_text(folder_ / "result" / "nooruddin-turk.ply"), "not ours");
+  EXPECT_TRUE(fs::exists(folder_ / "result" / "qslim.ply"));
+  // The next comparison removes what this one wrote, and it alone.
+  EXPECT_EQ(run("compare result/alpha-wrap.ply --methods identity --triangles 50 -o result").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "result" / "qslim.ply"));
+  EXPECT_TRUE(fs::exists(folder_ / "result" / "identity.ply"));
+  EXPECT_EQ(read_text(folder_ / "result" / "alpha-wrap.ply"), input);
+  // What would be written over or removed is no input.
+  const std::string message = "the comparison would write over its input";
+  expect_refusal("compare result/alpha-wrap.ply --methods alpha-wrap -o result", 2, message);
+  expect_refusal("compare result/identity.ply --methods qslim -o result", 2, message);
+  fs::create_hard_link(folder_ / "result" / "alpha-wrap.ply", folder_ / "same.ply");
+  expect_refusal("compare same.ply --methods alpha-wrap -o result", 2, message);
+  EXPECT_EQ(read_text(folder_ / "result" / "alpha-wrap.ply"), input);
+}
+
+TEST_F(Program, ComparisonsRemoveNothingThatABadRecordNames) {
+  fs::create_directory(folder_ / "result");
+  std::ofstream(folder_ / "kept.ply") << "kept";
+  for (const char* record :
+       {"", "[1]", R"({"rows": 3})", R"({"rows": [{"method": 7, "status": "done"}, 5]})",
+        R"({"rows": [{"method": "../kept", "status": "done"}, {"method": "..", "status": "done"}]})"}) {
+    std::ofstream(folder_ / "result" / "comparison.json") << record;
+    EXPECT_EQ(run("compare 'model:torus?segments=8&tube_segments=6' --methods identity -o result").code, 0) << record;
+    EXPECT_EQ(read_text(folder_ / "kept.ply"), "kept") << record;
+  }
+}
+
 TEST_F(Program, SaysWhenABudgetIsMissed) {
   const json report = run_json("run identity model:torus --triangles 10");
   ASSERT_EQ(report["notices"].size(), 1U);

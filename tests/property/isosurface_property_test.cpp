@@ -2,6 +2,9 @@
 // genus are those of the digital topology.
 #include <gtest/gtest.h>
 
+#include <stop_token>
+#include <vector>
+
 #include "common/mesh/topology.h"
 #include "common/run/errors.h"
 #include "common/volume/betti.h"
@@ -140,6 +143,58 @@ TEST(Isosurface, AsksForItsMemoryBeforeItMakesTheSurface) {
   context.memory_budget += (31 * 32 + 1) * (8 + 24);
   EXPECT_EQ(isosurface(checkerboard, context).triangles.size(), 13500U * 8);
   EXPECT_EQ(context.timings().back().bytes, context.memory_budget);
+}
+
+/// By counting every cell and every block whose two exterior voxels are opposite.
+std::int64_t slow_euler_characteristic(const BinaryVolume& volume) {
+  std::int64_t sum = 0;
+  const auto interior = [&](const Index3& v) { return volume.get(v[0], v[1], v[2], 0) != 0; };
+  for (std::int64_t k = -1; k < volume.nz(); ++k) {
+    for (std::int64_t j = -1; j < volume.ny(); ++j) {
+      for (std::int64_t i = -1; i < volume.nx(); ++i) {
+        // A cell extends along the axes whose bits are set, and has all its voxels interior.
+        std::vector<Index3> exterior;
+        for (int cell = 0; cell < 8; ++cell) {
+          bool whole = true;
+          for (int corner = 0; corner < 8; ++corner) {
+            const Index3 voxel = Index3(i, j, k) + Index3(corner & 1, corner >> 1 & 1, corner >> 2);
+            if ((corner & ~cell) == 0) whole = whole && interior(voxel);
+            if (cell == 0 && !interior(voxel)) exterior.push_back(voxel);
+          }
+          const int dimension = (cell & 1) + (cell >> 1 & 1) + (cell >> 2);
+          if (whole) sum += dimension % 2 == 0 ? 1 : -1;
+        }
+        const bool opposite = exterior.size() == 2 && ((exterior[0] - exterior[1]).cwiseAbs().array() == 1).all();
+        sum += opposite ? 1 : 0;
+      }
+    }
+  }
+  return sum;
+}
+
+TEST(Betti, TheEulerCharacteristicIsThatOfTheCellsOnAnyNumberOfThreads) {
+  RunContext one;
+  RunContext three;
+  three.threads = 3;
+  std::uint64_t seed = 0;
+  for (const Index3& dims : {Index3(1, 1, 1), Index3(9, 1, 1), Index3(1, 7, 5), Index3(6, 5, 1), Index3(17, 9, 8),
+                             Index3(3000, 10, 11), Index3(0, 3, 3)}) {
+    for (const double fill : {0.2, 0.5, 0.8, 1.0}) {
+      BinaryVolume volume = random_volume(dims, fill, ++seed);
+      for (std::uint8_t& value : volume.values) value = value != 0 ? static_cast<std::uint8_t>(1 + seed) : value;
+      const std::int64_t expected = slow_euler_characteristic(volume);
+      EXPECT_EQ(euler_characteristic(volume, one), expected) << dims.transpose();
+      EXPECT_EQ(euler_characteristic(volume, three), expected) << dims.transpose();
+    }
+  }
+}
+
+TEST(Betti, TheEulerCharacteristicCanBeCancelled) {
+  RunContext context;
+  std::stop_source stop;
+  stop.request_stop();
+  context.cancellation = stop.get_token();
+  EXPECT_THROW(euler_characteristic(random_volume({9, 9, 9}, 0.5, 1), context), Cancelled);
 }
 
 TEST(Betti, KnownVolumes) {

@@ -108,6 +108,12 @@ TEST(Smoothing, IsOnAfterMorphologyAndOffOtherwise) {
   EXPECT_EQ(surface({}), surface({"smoothing=0"}));
   EXPECT_LT(roughness(surface(closing)), 0.7 * roughness(surface(with(closing, "smoothing=0"))));
   EXPECT_THROW(surface({"smoothing_lambda=0.5", "smoothing_mu=-0.4"}), ParameterError);
+  // Steps that would make waves are refused before anything is done; the defaults are legal at any number of
+  // iterations.
+  EXPECT_THROW(surface({"smoothing=100", "smoothing_mu=-1.5"}), ParameterError);
+  EXPECT_THROW(surface(with(closing, "smoothing_mu=-1.5")), ParameterError);
+  EXPECT_EQ(surface({"smoothing_mu=-1.5"}), surface({}));
+  EXPECT_NO_THROW(surface({"smoothing=1000"}));
 }
 
 TEST(DistanceMaps, AgreeWhereDanielssonsIsExact) {
@@ -187,6 +193,24 @@ TEST(Notices, SayWhenTheResolutionIsBelowTenTimesTheDistance) {
   EXPECT_TRUE(has_notice(run(cube, {"resolution=40", "morphology=close", "distance=5"}), "below 10 times"));
   EXPECT_FALSE(has_notice(run(cube, {"resolution=50", "morphology=close", "distance=5"}), "below 10 times"));
   EXPECT_FALSE(has_notice(run(cube, {"resolution=40", "distance=5"}), "below 10 times"));
+  // The resolution counts, not the grid, which some settings make wider than the model.
+  const std::vector<std::vector<std::string>> grids = {
+      {}, {"kernel=gaussian", "supersampling=2"}, {"classifier=thin-shell"}, {"supersampling=3"}};
+  for (const auto& grid : grids) {
+    std::vector<std::string> settings = grid;
+    settings.insert(settings.end(), {"resolution=40", "morphology=close", "distance=4.1"});
+    EXPECT_TRUE(has_notice(run(cube, settings), "resolution of 40 voxels is below 10 times the distance of 4.1"));
+    settings.back() = "distance=4";
+    EXPECT_FALSE(has_notice(run(cube, settings), "below 10 times"));
+  }
+  // Of a volume what its interior fills: 30 of 90 voxels.
+  BinaryVolume volume(GridFrame{Index3(90, 50, 50), Point::Zero(), 1});
+  for (std::int64_t k = 20; k < 30; ++k)
+    for (std::int64_t j = 20; j < 35; ++j)
+      for (std::int64_t i = 40; i < 70; ++i) volume(i, j, k) = 1;
+  const Model bar = {"bar", volume};
+  EXPECT_TRUE(has_notice(run(bar, {"morphology=close", "distance=3.1"}), "resolution of 30 voxels is below 10 times"));
+  EXPECT_FALSE(has_notice(run(bar, {"morphology=close", "distance=3"}), "below 10 times"));
 }
 
 TEST(Reducers, BothKeepTheTopology) {

@@ -60,7 +60,7 @@ TriangleSoup boundary_of(const TriangleSoup& soup) {
 }
 
 HausdorffDistances distances(const TriangleSoup& a, const TriangleSoup& b) {
-  const RunContext context;
+  RunContext context;
   return std::get<HausdorffDistances>(hausdorff_distances(a, b, {.error = 1e-4, .samples = 20000}, context));
 }
 

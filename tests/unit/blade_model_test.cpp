@@ -84,7 +84,7 @@ TEST(Blade, ChannelsOpenAtRootAndTip) {
   const TriangleSoup soup = make_procedural("blade?detail=0.1");
   RunContext context;
   const GridFrame frame = voxel_frame(bounds(soup), 322);
-  const BinaryVolume volume = voxelize(soup, frame, {.directions = 1, .axis = 1}, context);
+  const BinaryVolume volume = voxelize(soup, frame, {.directions = 1, .axis = 2}, context);
   for (const std::int64_t k : {std::int64_t{1}, frame.dims.z() - 2}) {
     // Runs of exterior voxels between metal along the line of greatest extent: count the five openings by flood fill.
     std::vector<char> seen(static_cast<std::size_t>(frame.dims.x() * frame.dims.y()), 0);

@@ -63,6 +63,30 @@ TEST(DisplayVolume, IsEmptyWithoutAnInterior) {
   EXPECT_LT(sample(display, 1, 2, 2), display.iso_value);
 }
 
+TEST(DisplayVolume, BecomesOpaqueWithinItsValues) {
+  // Over an iso-value below the greatest value the rise begins there: a hundredth of the range from 0 to 2 is 327.67.
+  ScalarVolume volume{Grid<float>(frame_of({3, 1, 1})), 1};
+  volume.grid.values = {0, 2, 1};
+  const DisplayVolume below = make_display_volume(volume, UnitFrame{});
+  EXPECT_NEAR(below.band, 327.67, 1e-9);
+  EXPECT_NEAR(below.opaque - below.band, below.iso_value, 1e-9);
+  // At the greatest value, or within a band of it, the rise ends there: the interior is opaque, and what lies below,
+  // mirrored or not, is clear.
+  for (const float iso_value : {2.0F, 1.995F}) {
+    volume.iso_value = iso_value;
+    const DisplayVolume display = make_display_volume(volume, UnitFrame{});
+    EXPECT_NEAR(display.band, 327.67, 1) << iso_value;
+    EXPECT_NEAR(display.opaque, sample(display, 2, 2, 2), 0.5) << iso_value;
+    const double clear = display.opaque - display.band;
+    EXPECT_LT(clear, display.iso_value) << iso_value;
+    EXPECT_LT(sample(display, 3, 2, 2), clear) << iso_value;
+    EXPECT_LE(sample(display, 2, 1, 2), clear + 0.5) << iso_value;
+  }
+  const DisplayVolume flat = make_display_volume(ScalarVolume{Grid<float>(frame_of({2, 2, 2}), 7), 7}, UnitFrame{});
+  EXPECT_GT(flat.band, 0);
+  EXPECT_NEAR(flat.opaque, sample(flat, 2, 2, 2), 0.5);
+}
+
 TEST(InteriorHull, HoldsTheInteriorVoxelsAndNoMore) {
   const BinaryVolume volume = test::random_volume({9, 8, 7}, 0.02, 5);
   ASSERT_GT(count_interior(volume), 3);

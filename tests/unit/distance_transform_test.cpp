@@ -50,6 +50,16 @@ TEST(SquaredDistance, IsInfiniteWithoutAnyFeature) {
   for (const std::int32_t value : distance.values) EXPECT_EQ(value, kInfiniteDistance);
 }
 
+TEST(SquaredDistance, OfAnEmptyVolumeIsEmpty) {
+  RunContext context;
+  for (const Index3& dims : {Index3(0, 0, 0), Index3(0, 3, 2), Index3(3, 0, 2), Index3(3, 2, 0)}) {
+    const BinaryVolume volume(frame_of(dims));
+    EXPECT_TRUE(squared_distance(volume, 1, context).values.empty());
+    EXPECT_TRUE(squared_distance_4sed(volume, 1, context).values.empty());
+    EXPECT_TRUE(nearest_feature(volume, 1, context).values.empty());
+  }
+}
+
 TEST(SquaredDistance, GivesTheSameOnOneThreadAndOnTwo) {
   const BinaryVolume volume = random_volume({40, 31, 23}, 0.02, 5);
   RunContext one;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/topology.h"
+#include "common/run/errors.h"
 #include "common/volume/voxelize.h"
 #include "tests/unit/model_checks.h"
 
@@ -75,6 +76,17 @@ TEST(Engine, DetailChangesRoundPartsAlone) {
   for (const TriangleSoup& soup : {coarse, fine}) {
     EXPECT_EQ(analyze_topology(soup).boundary_loops, 121);
     EXPECT_EQ(degenerate_triangles(soup), 60);
+  }
+}
+
+TEST(Engine, MakesAsManyDefectsAsAskedOrRefuses) {
+  // A defect takes two vertices of the castings for itself alone, and coarse castings have few.
+  EXPECT_THROW(make_procedural("engine?detail=0.1&t_joints=200&zero_area_faces=100"), ParameterError);
+  for (const char* spec : {"engine?detail=1&t_joints=200&zero_area_faces=100", "engine?detail=0.1&t_joints=20"}) {
+    const bool many = std::string_view(spec).find("200") != std::string_view::npos;
+    const TriangleSoup soup = make_procedural(spec);
+    EXPECT_EQ(analyze_topology(soup).boundary_loops, many ? 200 : 20) << spec;
+    EXPECT_EQ(degenerate_triangles(soup), many ? 100 : 60) << spec;
   }
 }
 

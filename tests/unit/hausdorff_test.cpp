@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/mesh/aabb_tree.h"
+#include "common/run/errors.h"
 #include "tests/unit/metric_shapes.h"
 
 namespace voxcarve {
@@ -193,6 +194,17 @@ TEST(Hausdorff, FarFromTheOriginAndTinyAndHuge) {
   }
   const TriangleSoup far_away = translated(unit_cube(), Point::Constant(1e9));  // 0.25 is exact there
   expect_interval(distances(far_away, translated(far_away, {0.25, 0, 0})).symmetric, 0.25, 1e-3 * std::sqrt(3.0));
+}
+
+TEST(Hausdorff, DeclaresTheMemoryOfItsSamples) {
+  const TriangleSoup cube = unit_cube();
+  const TriangleSoup shifted = translated(cube, Point(0.1, 0, 0));
+  RunContext context;
+  context.memory_budget = 16 * 100'000;  // a distance and two triangles each
+  const HausdorffOptions fits{.samples = 99'000};
+  const HausdorffOptions too_many{.samples = 100'000};
+  EXPECT_TRUE(std::holds_alternative<HausdorffDistances>(hausdorff_distances(cube, shifted, fits, context)));
+  EXPECT_THROW(hausdorff_distances(cube, shifted, too_many, context), ResourceError);
 }
 
 TEST(Hausdorff, MeanOfParallelSquares) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <random>
 #include <stop_token>
@@ -186,6 +187,32 @@ TEST(Isosurface, KeepsCrossingsAwayFromSamples) {
   const DensityVolume voxel(frame_of({1, 1, 1}), 1.0F);
   EXPECT_EQ(bounds(isosurface(voxel, 1.0F, context)).lower, Point::Constant(0.5 - 1.0 / 1024));
   EXPECT_EQ(bounds(isosurface(voxel, 0x1p-20F, context)).lower, Point::Constant(-0.5 + 1.0 / 1024));
+}
+
+TEST(Isosurface, HasNoZeroAreaTriangleFarFromTheOrigin) {
+  // Up to the coarsest coordinates that `voxel_frame` lets pass: a voxel of eight last digits. Iso-values next to the
+  // samples' own put crossings as near to samples as they come.
+  RunContext context;
+  std::mt19937_64 random(7);
+  Grid<float> field(frame_of({20, 9, 8}));
+  for (float& value : field.values) value = random() % 2 == 0 ? 0.5F : 0.25F;
+  for (const double offset : {0.0, 1e10, 1e11, 1e12, -1e12}) {
+    for (const double voxel_size : {1.0 / 128, 8 * std::abs(offset) * std::numeric_limits<double>::epsilon()}) {
+      if (voxel_size == 0) continue;
+      field.frame.origin = Point(offset, 0.3 * offset, -offset);
+      field.frame.voxel_size = voxel_size;
+      for (const float iso_value : {0.25000003F, 0.375F, 0.5F}) {
+        for (const TriangleSoup& surface :
+             {isosurface(field, iso_value, context), scalar_isosurface(field, iso_value, context)}) {
+          ASSERT_GT(surface.triangles.size(), 1000U);
+          EXPECT_EQ(
+              std::ranges::count_if(surface.triangles, [&](const Triangle& t) { return is_degenerate(surface, t); }), 0)
+              << offset << " voxel " << voxel_size << " iso " << iso_value;
+          EXPECT_EQ(merge_equal_positions(surface).positions.size(), surface.positions.size());
+        }
+      }
+    }
+  }
 }
 
 TEST(Isosurface, ReportsProgressToTheEndAndCanBeCancelled) {

@@ -4,7 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <stop_token>
 
+#include "common/run/errors.h"
 #include "tests/unit/metric_shapes.h"
 
 namespace voxcarve {
@@ -201,12 +203,64 @@ TEST(LineStabber, CellSizeDoesNotChangeTheAnswer) {
   }
 }
 
-TEST(LineStabber, MemoryEstimateGrowsWithFinerCells) {
+TEST(LineStabber, TrianglesOfAllSizesAgreeWithBruteForceAndWithOneSizeOfCells) {
+  // From a cell to a hundred thousand cells; every line goes through a triangle, by the size of its cells.
+  Sequence random(17);
+  TriangleSoup soup;
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    const Point middle = random.point();
+    const double size = std::pow(10.0, -5 * static_cast<double>(i) / 400);
+    for (int corner = 0; corner < 3; ++corner) {
+      soup.positions.push_back(middle + size * (random.point() - Point::Constant(0.5)));
+    }
+    soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const StabFrame frame = StabFrame::along({1, -2, 3});
+  const LineStabber stabber(soup, frame, 1e-5);
+  const LineStabber twin(soup, frame, 100);
+  std::vector<Crossing> hits;
+  std::vector<Crossing> expected;
+  for (const Triangle& t : soup.triangles) {
+    const Point p = (soup.positions[t[0]] + soup.positions[t[1]] + soup.positions[t[2]]) / 3;
+    const double u = frame.u.dot(p);
+    const double v = frame.v.dot(p);
+    stabber.crossings(u, v, hits);
+    twin.crossings(u, v, expected);
+    ASSERT_EQ(hits.size(), expected.size());
+    const std::vector<Crossing> slow = brute_force(soup, frame, u, v);
+    ASSERT_EQ(hits.size(), slow.size());
+    ASSERT_FALSE(hits.empty());
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      EXPECT_EQ(hits[i].depth, expected[i].depth);
+      EXPECT_EQ(hits[i].triangle, expected[i].triangle);
+      EXPECT_EQ(hits[i].sign, expected[i].sign);
+      EXPECT_EQ(hits[i].triangle, slow[i].triangle);
+    }
+  }
+}
+
+TEST(LineStabber, MemoryGrowsWithFinerCellsUpToABudget) {
   const TriangleSoup soup = sphere(1, 3);
   const std::uint64_t coarse = LineStabber::memory_estimate(soup, {}, 0.5);
-  const std::uint64_t fine = LineStabber::memory_estimate(soup, {}, 0.005);
+  const std::uint64_t fine = LineStabber::memory_estimate(soup, {}, 0.02);
   EXPECT_GT(coarse, soup.triangles.size() * 64);  // the records alone
-  EXPECT_GT(fine, coarse + 4 * 400 * 400);        // 2 / 0.005 cells a side, four bytes each
+  EXPECT_GT(fine, coarse + 4 * 100 * 100);        // 2 / 0.02 cells a side, four bytes each
+  // A cube with a million cells a side and more: there are at most 2^18 + 128 * 12 cells of a size, and as many entries
+  // of triangles. The twelve are of two sizes: four sets of four bytes.
+  for (const double cell_size : {1e-3, 1e-6, 1e-9}) {
+    EXPECT_LT(LineStabber::memory_estimate(unit_cube(), StabFrame::along({1, 2, 3}), cell_size), 4 * 4 << 18);
+  }
+}
+
+TEST(LineStabber, CanBeCancelled) {
+  const TriangleSoup cube = unit_cube();
+  RunContext run;
+  EXPECT_NO_THROW(LineStabber(cube, {}, 0, &run));
+  std::stop_source stop;
+  stop.request_stop();
+  run.cancellation = stop.get_token();
+  EXPECT_THROW(LineStabber(cube, {}, 0, &run), Cancelled);
+  EXPECT_THROW(LineStabber::memory_estimate(cube, {}, 0, &run), Cancelled);
 }
 
 }  // namespace

@@ -65,6 +65,19 @@ TEST(OcclusionTree, AgreesWithBruteForceWhateverTheHint) {
   }
 }
 
+TEST(OcclusionTree, HoldsNoMoreThanItsEstimate) {
+  // 5 * 4^j triangles make the most nodes a triangle: 1 + 4 + ... + 4^j, that is 4/15 of a node each.
+  Sequence random(3);
+  TriangleSoup soup;
+  RunContext context;
+  for (std::uint32_t n = 1; n <= 1300; ++n) {
+    for (int c = 0; c < 3; ++c) soup.positions.push_back(2 * random.point() - Point::Ones());
+    soup.triangles.push_back({3 * n - 3, 3 * n - 2, 3 * n - 1});
+    if (n > 90 && n % 5 != 0) continue;
+    ASSERT_LE(OcclusionTree(soup, 0, context).memory(), OcclusionTree::memory_estimate(n)) << n;
+  }
+}
+
 TEST(OcclusionTree, GrowthClosesCracksAndClipsSpikes) {
   TriangleSoup soup;
   add_quad(soup, {-1, -1, 0}, {-1e-6, -1, 0}, {-1e-6, 1, 0}, {-1, 1, 0});

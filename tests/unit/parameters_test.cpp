@@ -94,5 +94,19 @@ TEST(Text, SplitsAndJoins) {
   EXPECT_EQ(join(std::vector<std::string>{"a", "b"}), "a, b");
 }
 
+TEST(Parameters, ReadsListsOfReals) {
+  ParameterSchema schema;
+  schema.specs = {ParameterSpec::reals("radius", "voxels", 0, 10, {1, 2.5}, "radii")};
+  const auto parsed = [&](const std::string& text) {
+    return Parameters::parse(schema, std::vector<std::string>{"radius=" + text}, "owner");
+  };
+  EXPECT_EQ(Parameters::defaults(schema).reals("radius"), (std::vector<double>{1, 2.5}));
+  EXPECT_EQ(parsed("3").reals("radius"), std::vector<double>{3});
+  EXPECT_EQ(parsed("10,0,0.5").reals("radius"), (std::vector<double>{10, 0, 0.5}));
+  EXPECT_EQ(parsed("10,0,0.5").canonical(), "radius=10,0,0.5");
+  for (const char* wrong : {"", ",", "1,", ",1", "1,,2", "1,11", "-1", "nan", "1;2", "1, 2"})
+    EXPECT_THROW(parsed(wrong), ParameterError) << wrong;
+}
+
 }  // namespace
 }  // namespace voxcarve

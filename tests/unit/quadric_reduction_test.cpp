@@ -340,6 +340,58 @@ TEST(ReduceQuadric, DeclaresItsMemory) {
   EXPECT_THROW(reduce_quadric(soup, {.triangles = 100}, context), ResourceError);
 }
 
+TEST(ReduceQuadric, DeclaresTheMemoryOfCornersThatItCutsApart) {
+  // Every other triangle turned: hardly two neighbours agree, so that most corners become vertices of their own, each
+  // with a position, the same once more in the reduction, and a quadric of ten numbers.
+  TriangleSoup soup = icosphere(Point::Zero(), 1, 4);
+  for (std::size_t t = 0; t < soup.triangles.size(); t += 2) std::swap(soup.triangles[t][0], soup.triangles[t][1]);
+  const std::size_t vertices = cut_to_manifold(soup).positions.size();
+  ASSERT_GT(vertices, 3 * soup.positions.size());
+  RunContext context;
+  reduce_quadric(soup, {.triangles = 100}, context);
+  const std::uint64_t declared = context.timings()[0].bytes;
+  EXPECT_GE(declared, vertices * (3 + 3 + 10) * sizeof(double) + soup.triangles.size() * 32);
+  context.memory_budget = declared - 1;
+  EXPECT_THROW(reduce_quadric(soup, {.triangles = 100}, context), ResourceError);
+}
+
+TEST(ReduceQuadric, HoldsTheBoundaryOfZeroAreaTriangles) {
+  // Along y = 0 every edge of the square has a vertex in its middle, on a triangle without area. Without planes through
+  // those edges the square's lower corners would slide up along its sides.
+  TriangleSoup soup = square(8);
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const auto middle = static_cast<std::uint32_t>(soup.positions.size());
+    soup.positions.push_back(0.5 * (soup.positions[i] + soup.positions[i + 1]));
+    soup.triangles.push_back({i + 1, i, middle});
+  }
+  const TriangleSoup reduced = reduce(soup, 6);
+  EXPECT_LE(reduced.triangles.size(), 6U);
+  EXPECT_EQ(bounds(reduced).lower, Point(0, 0, 0));
+  EXPECT_EQ(bounds(reduced).upper, Point(1, 1, 0));
+  double area = 0;
+  for (const Triangle& t : reduced.triangles) area += 0.5 * area_vector(reduced, t).z();
+  EXPECT_NEAR(area, 1, 1e-9);
+}
+
+TEST(ReduceQuadric, LessThanTheComponentsKeepGivesWhatTheLeastGives) {
+  // Sixty patches and ten balls keep a triangle or a tetrahedron each, 100 in all. Asking for one triangle must not
+  // make the rounds coarser than asking for these: the same collapses come in the same order.
+  std::vector<TriangleSoup> parts;
+  for (int i = 0; i < 60; ++i) {
+    TriangleSoup patch = square(6);
+    for (Point& p : patch.positions) {
+      p[2] = 0.15 * std::sin(5 * p[0] + i) * std::cos(4 * p[1] + 2 * i);
+      p += Point(2 * (i % 8), 2 * (i / 8), 0);
+    }
+    parts.push_back(patch);
+    if (i % 6 == 0) parts.push_back(icosphere(Point(2 * i, 0, 9), 1, 2));
+  }
+  const TriangleSoup soup = joined(parts);
+  const TriangleSoup least = reduce(soup, 100);
+  ASSERT_EQ(least.triangles.size(), 100U);
+  EXPECT_EQ(reduce(soup, 1), least);
+}
+
 TEST(ReduceQuadric, ReportsItsProgress) {
   RunContext context;
   std::int64_t last = 0;

@@ -457,6 +457,19 @@ TEST(RenderVolume, TheBorderOfTheGridClosesTheSolid) {
   }
 }
 
+TEST(RenderVolume, IsNoBlockWhereTheIsoValueIsTheGreatestValue) {
+  SKIP_WITHOUT_RENDERING();
+  // A ball of label 2 within a shell of label 1. Interpolation between the labels reaches 2 at the voxels' centres, so
+  // the solid at an iso-value of 2 has half a voxel less on every side than the ball of voxels has, of radius 8.
+  ScalarVolume labels = ball(24, 8);
+  for (float& value : labels.grid.values) value = value >= 0 ? 2.0F : value >= -2 ? 1.0F : 0.0F;
+  labels.iso_value = 2;
+  const Extent solid = drawn(render_image({{labels, ""}}, front_view()));
+  const Extent whole = drawn(render_image({{interior_of(ball(24, 8)), ""}}, front_view()));
+  EXPECT_LT(solid.count, whole.count);
+  EXPECT_GT(std::sqrt(solid.count), 0.8 * std::sqrt(whole.count));
+}
+
 TEST(RenderVolume, APlateOfOneVoxelIsSeen) {
   SKIP_WITHOUT_RENDERING();
   BinaryVolume plate(GridFrame{{21, 21, 5}, Point::Zero(), 1});

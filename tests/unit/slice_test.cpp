@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -205,6 +207,45 @@ TEST(SlicePainter, AveragesVoxelsSmallerThanAPixel) {
   for (std::size_t i = 8; i < 12; ++i) colors[i] = i % 2 == 0 ? kBlack : kWhite;
   const SlicePicture slice = picture_of(8, 4, colors);
   EXPECT_EQ(painted({&slice}, true, 6, 4, slice), (std::vector<std::string>{"oooooo", "orrrro", "ooorro", "oooooo"}));
+}
+
+TEST(SlicePainter, DrawsSlicesHoweverFarApart) {
+  // Two voxels, 10^7 and more of them apart, at the ends of 18 pixels: each becomes a point, and its frame covers it.
+  const SlicePicture here = picture_of(1, 1, {kRed});
+  for (const double distance : {1e7, 1e12, 1e300}) {
+    const SlicePicture there = picture_of(1, 1, {kRed}, {distance, 0});
+    for (const SlicePicture* slice : {&here, &there}) {
+      const std::vector<std::string> rows = painted({&here, &there}, true, 20, 6, *slice);
+      for (const std::string& row : rows) {
+        const std::size_t at = row.find_first_not_of('.');
+        EXPECT_TRUE(at == std::string::npos || (at < 10) == (slice == &here)) << distance << ' ' << row;
+      }
+      EXPECT_TRUE(std::ranges::any_of(rows, [](const std::string& row) { return row.find('o') != std::string::npos; }))
+          << distance;
+    }
+  }
+  // Differences that no double holds.
+  const SlicePicture left = picture_of(1, 1, {kRed}, {-1.5e308, 0});
+  const SlicePicture right = picture_of(1, 1, {kRed}, {1.5e308, 0});
+  EXPECT_THROW(SlicePainter({&left, &right}, true, 20, 6), ParameterError);
+}
+
+TEST(SlicePainter, AveragesPointsWhereVoxelsAreManyAPixel) {
+  // 1300 x 1300 voxels in 10 x 10 pixels, 130 a side, of which 64 are asked, every 2.03125 voxels. In stripes of two
+  // points alternate between white and black, and drift through one stripe in all: half of them are white, 127.5.
+  std::vector<Rgb8> colors(1300 * 1300);
+  for (std::size_t i = 0; i < colors.size(); ++i) colors[i] = i % 1300 / 2 % 2 == 0 ? kWhite : kBlack;
+  const SlicePicture slice = picture_of(1300, 1300, colors);
+  EXPECT_EQ(painted({&slice}, true, 12, 12, slice), std::vector<std::string>(12, std::string(12, 'o')));
+}
+
+TEST(SlicePainter, ObeysAStopRequest) {
+  SlicePicture slice = picture_of(2, 2, {kRed, kGreen, kBlue, kBlack});
+  const SlicePainter painter({&slice}, true, 14, 10);
+  std::stop_source stop;
+  EXPECT_EQ(painter.paint(slice, stop.get_token()), painter.paint(slice));
+  stop.request_stop();
+  EXPECT_THROW(painter.paint(slice, stop.get_token()), Cancelled);
 }
 
 TEST(SlicePainter, DrawsTheLineOfTheIsoValue) {

@@ -266,7 +266,49 @@ TEST(Smoothing, ReportsProgressAndCanBeCancelled) {
   context.progress = [&stop](const ProgressEvent& event) {
     if (event.done > event.total / 2) stop.request_stop();
   };
+  const TriangleSoup before = surface;
   EXPECT_THROW(taubin_smooth(surface, {}, context), Cancelled);
+  EXPECT_EQ(surface, before);
+}
+
+TEST(Smoothing, RefusesStepsThatMakeWaves) {
+  // One iteration multiplies waves by f(k) = (1 - lambda k) (1 - mu k), k in [0, 2]. The most that any of them grows
+  // by, by trying many k:
+  const auto growth = [](const TaubinOptions& options) {
+    double most = 0;
+    for (int i = 0; i <= 20000; ++i) {
+      const double k = i / 1e4;
+      most = std::max(most, std::abs((1 - options.lambda * k) * (1 - options.mu * k)));
+    }
+    return std::pow(most, options.iterations);
+  };
+  int legal = 0;
+  int refused = 0;
+  for (const int iterations : {1, 2, 10, 100, 1000}) {
+    for (int l = 1; l < 100; l += 7) {
+      for (int m = 1; m <= 150; m += 2) {
+        const TaubinOptions options{.iterations = iterations, .lambda = l / 100.0, .mu = -m / 100.0};
+        if (!(options.mu < -options.lambda)) continue;
+        const double shortest = std::abs((1 - 2 * options.lambda) * (1 - 2 * options.mu));
+        if (std::abs(shortest - 1) < 1e-9 || std::abs(growth(options) - 2) < 1e-3) continue;  // too close to tell
+        const bool makes_waves = shortest > 1 || growth(options) > 2;
+        ++(makes_waves ? refused : legal);
+        if (makes_waves) {
+          EXPECT_THROW(check_options(options), ParameterError) << l << ' ' << m << ' ' << iterations;
+        } else {
+          EXPECT_NO_THROW(check_options(options)) << l << ' ' << m << ' ' << iterations;
+        }
+      }
+    }
+  }
+  EXPECT_GT(legal, 300);
+  EXPECT_GT(refused, 300);
+  // The defaults grow by 1.0066 and 1.93: 1 + 0.02632^2 / (4 0.5 0.52632) = 1.000658.
+  EXPECT_NO_THROW(check_options({}));
+  EXPECT_NO_THROW(check_options({.iterations = 1000}));
+  EXPECT_NO_THROW(check_options({.iterations = 0, .mu = -1.5}));  // nothing is done
+  // Of k = 2 alone: (1 - 1.8) (1 + 1.82) = -2.256, though f's greatest value is 1.00003.
+  EXPECT_THROW(check_options({.iterations = 1, .lambda = 0.9, .mu = -0.91}), ParameterError);
 }
 
 TEST(Smoothing, RefusesOptionsOutOfRangeAndABudgetTooSmall) {
@@ -280,8 +322,8 @@ TEST(Smoothing, RefusesOptionsOutOfRangeAndABudgetTooSmall) {
         TaubinOptions{.mu = -std::numeric_limits<double>::infinity()}}) {
     EXPECT_THROW(taubin_smooth(surface, options, context), ParameterError);
   }
-  // 25 vertices with a second position, a list's begin and its length, and 32 triangles with 6 entries in lists.
-  context.memory_budget = 25 * (24 + 8 + 4) + 32 * 6 * 4 - 1;
+  // 25 vertices with two more positions, a list's begin and its length, and 32 triangles with 6 entries in lists.
+  context.memory_budget = 25 * (2 * 24 + 8 + 4) + 32 * 6 * 4 - 1;
   EXPECT_THROW(taubin_smooth(surface, {}, context), ResourceError);
   EXPECT_EQ(surface, before);
   ++context.memory_budget;

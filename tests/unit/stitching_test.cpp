@@ -358,6 +358,32 @@ TEST(Stitch, IsCancelledAndDeclaresItsMemory) {
   EXPECT_THROW(stitch(unit_cube(), {}, stopped), Cancelled);
 }
 
+TEST(Stitch, DeclaresTheMemoryOfAllPairsOfNearVertices) {
+  // 300 loose triangles within the tolerance of each other: 900 vertices, all but those of one triangle paired, are
+  // 900 * 897 / 2 = 403,650 pairs. Of 24 bytes at least each, they exceed what the triangles alone are allowed.
+  std::mt19937_64 generator(7);
+  const auto number = [&generator] { return static_cast<double>(generator() >> 11) * 0x1p-53; };
+  TriangleSoup soup;
+  for (std::uint32_t t = 0; t < 300; ++t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const double x = number();
+      const double y = number();
+      soup.positions.emplace_back(x, y, number());
+    }
+    soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  }
+  RunContext context;
+  context.memory_budget = 300 * 600 + 403650 * 24;
+  EXPECT_THROW(stitch(soup, {.tolerance = 2}, context), ResourceError);
+  RunContext enough;
+  closed_topology(stitch(soup, {.tolerance = 2}, enough));
+  ASSERT_FALSE(enough.timings().empty());
+  const auto stitching =
+      std::ranges::find_if(enough.timings(), [](const StageTiming& timing) { return timing.stage == "stitching"; });
+  ASSERT_NE(stitching, enough.timings().end());
+  EXPECT_GE(stitching->bytes, context.memory_budget);
+}
+
 TEST(Stitch, ClosesTheExternalModels) {
   VOXCARVE_REQUIRE_DATA(folder, "nasty");
   int closed = 0;
@@ -379,6 +405,36 @@ TEST(Stitch, ClosesTheExternalModels) {
     ++closed;
   }
   EXPECT_GE(closed, 15);
+}
+
+TEST(Glue, CountsCopiesWhateverElseIsUnused) {
+  // Few vertices and many triangles, so that edges are crowded and neighbours disagree. Vertices that no triangle uses
+  // change neither the result nor the count.
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    RunContext context;
+    std::mt19937_64 generator(seed);
+    TriangleSoup soup;
+    const std::uint32_t vertices = 4 + static_cast<std::uint32_t>(generator() % 6);
+    const auto below = [&generator](std::uint32_t end) { return static_cast<std::uint32_t>(generator() % end); };
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+      const double x = below(1000);
+      const double y = below(1000);
+      soup.positions.emplace_back(x, y, below(1000));
+    }
+    for (std::uint32_t t = 4 + below(24); t > 0; --t) {
+      const std::uint32_t a = below(vertices);
+      const std::uint32_t b = below(vertices);
+      const Triangle triangle = {a, b, below(vertices)};
+      if (has_distinct_corners(triangle)) soup.triangles.push_back(triangle);
+    }
+    remove_unused_vertices(soup);
+    orient(soup, context);
+    TriangleSoup more = soup;
+    for (int i = 0; i < 5; ++i) more.positions.emplace_back(2000, 2000, i);
+    const GlueReport expected = glue_to_manifold(soup, context);
+    EXPECT_EQ(glue_to_manifold(more, context).copied_vertices, expected.copied_vertices) << seed;
+    EXPECT_EQ(more, soup) << seed;
+  }
 }
 
 TEST(FillHoles, CutsLargeHolesInTwo) {

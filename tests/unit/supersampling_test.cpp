@@ -244,6 +244,22 @@ TEST(Supersampling, TheGaussianPadsTheGridByTwoVoxelsAndSeesBeyondIt) {
   }
 }
 
+TEST(Supersampling, APartOfAGridHasThePartsDensityHoweverItsRowsEndAmongTheRuns) {
+  // The soup fills the margin of samples, so that runs of 16 voxels see interior beyond the end of a row of any length.
+  const TriangleSoup everywhere = box(Point(-100, -100, -100), Point(100, 100, 100));
+  const GridFrame whole = frame_of({48, 4, 4}, Point(-4, 8, 8));
+  for (const TriangleSoup& soup : {everywhere, joined({shape(), box(Point(22, -3, -3), Point(99, 30, 30))})}) {
+    for (const SupersamplingOptions& sampling : all_samplings()) {
+      const DensityVolume density = density_with(soup, whole, sampling);
+      for (std::int64_t nx = 1; nx <= 40; ++nx) {
+        const DensityVolume of_part = density_with(soup, frame_of({nx, 2, 2}, Point(0, 9, 9)), sampling);
+        ASSERT_EQ(of_part, resized(density, of_part.frame)) << nx << " voxels, " << sampling.samples << " samples";
+      }
+    }
+  }
+  EXPECT_EQ(std::ranges::min(density_with(everywhere, whole, {3, FilterKernel::kGaussian}).values), 1.0F);
+}
+
 TEST(Supersampling, MovingTheModelByVoxelsMovesTheDensity) {
   // By a power of two, coordinates keep their digits on the lattice.
   const GridFrame frame = frame_of({40, 24, 24});
@@ -309,6 +325,12 @@ TEST(Supersampling, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(filter_kernel_from("box"), FilterKernel::kBox);
   EXPECT_EQ(filter_kernel_from("gaussian"), FilterKernel::kGaussian);
   EXPECT_THROW(filter_kernel_from("cone"), ParameterError);
+}
+
+TEST(Supersampling, RefusesAGridWithoutVoxels) {
+  for (const SupersamplingOptions& sampling : all_samplings()) {
+    EXPECT_THROW(density_with(shape(), frame_of({0, 4, 4}), sampling), InputError);
+  }
 }
 
 TEST(Supersampling, AsksForItsMemoryBeforeItAllocates) {

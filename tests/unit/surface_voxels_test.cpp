@@ -250,6 +250,17 @@ TEST(SurfaceColors, RefuseATriangleThatIsTooLargeForTheLattice) {
   EXPECT_THROW(record_surface_colors(square(1e12, 0, kRed), frame_of({4, 4, 4}), context), InputError);
 }
 
+TEST(SurfaceColors, DeclareAsManySlicesAsAreAtWorkAtOnce) {
+  // Four slices are one piece of work, whatever the number of threads: 512 * 512 voxels of 16 bytes, 4 MiB.
+  TriangleSoup soup = box(Point(1, 1, 1), Point(500, 500, 3));
+  soup.vertex_colors.assign(soup.positions.size(), Color(1, 0, 0));
+  RunContext context;
+  context.threads = 1024;
+  context.memory_budget = std::uint64_t{64} << 20;
+  EXPECT_FALSE(record_surface_colors(soup, frame_of({512, 512, 4}), context).empty());
+  EXPECT_GE(context.timings().back().bytes, std::uint64_t{4} << 20);
+}
+
 TEST(SurfaceColors, SurviveTrianglesWithoutArea) {
   RunContext context;
   TriangleSoup soup;

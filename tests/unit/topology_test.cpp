@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <stop_token>
+
+#include "common/run/errors.h"
 #include "tests/unit/metric_shapes.h"
 
 namespace voxcarve {
@@ -253,6 +256,27 @@ TEST(Cutting, KeepsColoursAndDropsCollapsedTriangles) {
   EXPECT_EQ(cut.positions[0], cut.positions[3]);
   EXPECT_EQ(cut.vertex_colors[4], Color(0.3F, 0, 0));
   EXPECT_EQ(cut.triangle_colors, (std::vector<Color>{{0, 1, 0}, {0, 0, 1}}));
+}
+
+TEST(Cutting, CanBeCancelled) {
+  RunContext run;
+  std::stop_source stop;
+  run.cancellation = stop.get_token();
+  EXPECT_EQ(cut_to_manifold(cubes_sharing_an_edge(), &run), cut_to_manifold(cubes_sharing_an_edge()));
+  stop.request_stop();
+  EXPECT_THROW(cut_to_manifold(cubes_sharing_an_edge(), &run), Cancelled);
+}
+
+TEST(Cutting, EstimatesTheMemoryOfASurfaceThatFallsApart) {
+  // Two triangles run along every edge the same way, so all come off, with three vertices each.
+  TriangleSoup soup;
+  soup.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  soup.triangles.assign(1000, {0, 1, 2});
+  const TriangleSoup cut = cut_to_manifold(soup);
+  ASSERT_EQ(cut.positions.size(), 3000U);
+  EXPECT_GE(cut_memory_estimate(soup), 3000 * sizeof(Point) + 1000 * sizeof(Triangle));
+  soup.vertex_colors.resize(3);
+  EXPECT_GE(cut_memory_estimate(soup), 3000 * (sizeof(Point) + sizeof(Color)) + 1000 * sizeof(Triangle));
 }
 
 TEST(Cutting, RandomSoupsBecomeManifolds) {

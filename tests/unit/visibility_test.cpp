@@ -10,6 +10,7 @@
 #include "common/mesh/aabb_tree.h"
 #include "common/run/errors.h"
 #include "metrics/metric.h"
+#include "metrics/occlusion_tree.h"
 #include "tests/unit/metric_shapes.h"
 
 namespace voxcarve {
@@ -281,6 +282,26 @@ TEST(VisiblePart, ManyLongTrianglesAreCutLess) {
   EXPECT_GT(part.share, 0);
   EXPECT_LT(part.share, 0.5);
   EXPECT_LT(part.surface.triangles.size(), 2'000'000U);
+}
+
+TEST(VisiblePart, DeclaresThePiecesThatItFinds) {
+  // 200 blades through a box: each is cut at its two borders. A piece is at least nine coordinates and its triangle.
+  TriangleSoup soup = make_box({-10, -1, -1}, {10, 1, 1});
+  for (int i = 0; i < 200; ++i) {
+    const double y = -0.9 + 0.009 * i;
+    add_quad(soup, {-20, y, 0}, {20, y, 0}, {20, y + 0.001, 0}, {-20, y + 0.001, 0});
+  }
+  RunContext context;
+  const SurfacePart part = visible_part(soup, {}, context);
+  const auto pieces = std::ranges::count_if(part.source, [](std::uint32_t t) { return t >= 12; });
+  ASSERT_GT(pieces, 1000);
+  const std::uint64_t least = OcclusionTree::memory_estimate(soup.triangles.size()) +
+                              static_cast<std::uint64_t>(pieces) * (9 * sizeof(double) + sizeof(std::uint32_t));
+  ASSERT_EQ(context.timings().size(), 1U);
+  EXPECT_GE(context.timings()[0].bytes, least);
+  RunContext tight;
+  tight.memory_budget = least;
+  EXPECT_THROW(visible_part(soup, {}, tight), ResourceError);
 }
 
 TEST(VisiblePart, StopsWhenCancelledAndKeepsToTheBudget) {

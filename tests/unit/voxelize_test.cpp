@@ -364,6 +364,16 @@ TEST(Voxelize, HoldsAnEighthOfTheResultBesideIt) {
   EXPECT_LT(per_voxel, 1.325);
 }
 
+TEST(Voxelize, RefusesAGridWithoutVoxels) {
+  RunContext context;
+  for (const Index3& dims : {Index3(0, 0, 0), Index3(0, 4, 4), Index3(4, 0, 4), Index3(4, 4, 0), Index3(4, 4, -1)}) {
+    for (const int directions : {1, 3, 13}) {
+      EXPECT_THROW(voxelize(box(Point::Zero(), Point::Ones()), frame_of(dims), {.directions = directions}, context),
+                   InputError);
+    }
+  }
+}
+
 TEST(Voxelize, AsksForItsMemoryBeforeItAllocates) {
   RunContext context;
   context.memory_budget = 1 << 20;

@@ -13,12 +13,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "common/mesh/models/builders.h"
 #include "common/mesh/models/degeneracies.h"
 #include "common/mesh/models/engine_parts.h"
 #include "common/mesh/models/primitives.h"
+#include "common/run/errors.h"
 
 namespace voxcarve {
 
@@ -36,8 +38,8 @@ class DefectSites {
     }
   }
 
-  /// Up to `count` sites, evenly spread.
-  std::vector<std::array<std::size_t, 2>> take(int count) {
+  /// `count` sites, evenly spread. Throws ParameterError, with the parameter's `name`, when there are not so many left.
+  std::vector<std::array<std::size_t, 2>> take(int count, const std::string& name) {
     std::vector<std::array<std::size_t, 2>> sites;
     for (int k = 0; k < count; ++k) {
       const std::size_t start = candidates_.size() * static_cast<std::size_t>(k) / static_cast<std::size_t>(count);
@@ -51,6 +53,10 @@ class DefectSites {
         sites.push_back({triangle, corner});
         break;
       }
+    }
+    if (sites.size() < static_cast<std::size_t>(count)) {
+      throw ParameterError("only " + std::to_string(sites.size()) + " of " + std::to_string(count) + " " + name +
+                           " fit on the castings; lower " + name + " or raise detail");
     }
     return sites;
   }
@@ -87,10 +93,11 @@ TriangleSoup build_engine(const Parameters& parameters) {
   }
   DefectSites sites(engine);
   TriangleSoup soup = engine.soup;
-  for (const auto& [triangle, corner] : sites.take(static_cast<int>(parameters.integer("t_joints")))) {
+  for (const auto& [triangle, corner] : sites.take(static_cast<int>(parameters.integer("t_joints")), "t_joints")) {
     add_t_joint(soup, triangle, corner);
   }
-  for (const auto& [triangle, corner] : sites.take(static_cast<int>(parameters.integer("zero_area_faces")))) {
+  for (const auto& [triangle, corner] :
+       sites.take(static_cast<int>(parameters.integer("zero_area_faces")), "zero_area_faces")) {
     add_zero_area_face(soup, triangle, corner);
   }
   return soup;
