@@ -9,10 +9,14 @@
 
 namespace voxcarve {
 
-/// Asks the system for huge pages behind `bytes` at `memory`, where it knows them: the first touch of a grid then takes
-/// fewer page faults (a seventh of the time on physical memory; under a virtual machine whose host has taken the memory
-/// back it can take longer than with small pages). Never fails; a refusal costs nothing but time.
-void advise_huge_pages(void* memory, std::size_t bytes);
+/// Memory for a large grid, on huge pages where the system has them: its first touch then takes fewer page faults (a
+/// seventh of the time on physical memory; under a virtual machine whose host has taken the memory back it can take
+/// longer than with small pages). Even so the system's clearing of new pages costs as much as a fast pass over the
+/// grid, so the block that was freed last is kept, up to 256 MiB, for the next grid of about its size; one of another
+/// size gives it back first. Thread-safe. Throws std::bad_alloc.
+void* allocate_grid(std::size_t bytes);
+/// Takes back what `allocate_grid(bytes)` gave.
+void free_grid(void* memory, std::size_t bytes);
 
 /// Large grids lie on huge pages. A vector's `resize` leaves new values as they are found instead of writing zeros
 /// that the next pass overwrites; every other way to make values sets them.
@@ -27,16 +31,14 @@ class GridAllocator {
 
   T* allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
-    if (bytes < kHugePage) return static_cast<T*>(::operator new(bytes));
-    void* memory = ::operator new (bytes, std::align_val_t{kHugePage});
-    advise_huge_pages(memory, bytes);
-    return static_cast<T*>(memory);
+    return static_cast<T*>(bytes < kLargeGrid ? ::operator new(bytes) : allocate_grid(bytes));
   }
   void deallocate(T* memory, std::size_t count) {
-    if (count * sizeof(T) < kHugePage) {
+    const std::size_t bytes = count * sizeof(T);
+    if (bytes < kLargeGrid) {
       ::operator delete(memory);
     } else {
-      ::operator delete (memory, std::align_val_t{kHugePage});
+      free_grid(memory, bytes);
     }
   }
 
@@ -52,7 +54,7 @@ class GridAllocator {
   bool operator==(const GridAllocator&) const { return true; }
 
  private:
-  static constexpr std::size_t kHugePage = std::size_t{1} << 21;
+  static constexpr std::size_t kLargeGrid = std::size_t{1} << 21;  // a huge page
 };
 
 template <class T>

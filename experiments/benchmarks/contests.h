@@ -12,10 +12,12 @@ namespace voxcarve::bench {
 
 std::vector<Contest> voxelization_contests(const Scope& scope);
 std::vector<Contest> isosurface_contests(const Scope& scope);
+/// The ball kernel, distance transforms, labelling, and Mason on the paper's largest grid.
+std::vector<Contest> morphology_contests(const Scope& scope);
 std::vector<Contest> reduction_contests(const Scope& scope);
 /// The paper's blade from polygons to 200 triangles, stage by stage, and what it takes of memory.
 std::vector<Contest> pipeline_contests(const Scope& scope);
-/// Stages and metrics without a peer here.
+/// Metrics, without a peer here.
 std::vector<Contest> other_contests(const Scope& scope);
 
 /// One size of a growing input, run by ours alone.

@@ -111,9 +111,9 @@ int run(int argc, char** argv) {
   if (!initialize(arguments.to_google_benchmark)) return static_cast<int>(ExitCode::kUsage);
   const Scope scope{arguments.quick};
   std::vector<Contest> contests;
-  // The pipeline first: it measures memory, which no earlier contest should have fragmented.
-  for (const auto list :
-       {pipeline_contests, voxelization_contests, isosurface_contests, reduction_contests, other_contests})
+  // The pipeline and morphology first: they measure memory, which no earlier contest should have fragmented.
+  for (const auto list : {pipeline_contests, morphology_contests, voxelization_contests, isosurface_contests,
+                          reduction_contests, other_contests})
     std::ranges::move(list(scope), std::back_inserter(contests));
   Harness harness(arguments.rounds);
   for (Contest& contest : contests) {

@@ -11,6 +11,9 @@ PeersAtHand peers_at_hand() {
 #ifdef VOXCARVE_PEER_OPENVDB
   at_hand.openvdb = true;
 #endif
+#ifdef VOXCARVE_PEER_ITK
+  at_hand.itk = true;
+#endif
 #ifdef VOXCARVE_PEER_MESHOPTIMIZER
   at_hand.meshoptimizer = true;
 #endif
@@ -33,6 +36,20 @@ std::string vtk_smp_backend() {
 
 #ifndef VOXCARVE_PEER_OPENVDB
 CountingPeer openvdb_voxelization(const TriangleSoup&, const GridFrame&, int) {
+  return {};
+}
+#endif
+
+#ifndef VOXCARVE_PEER_ITK
+FilteringPeer itk_opening(const BinaryVolume&, std::int64_t, int) {
+  return {};
+}
+
+DistancePeer itk_squared_distance(const BinaryVolume&, int) {
+  return {};
+}
+
+CountingPeer itk_labelling(const BinaryVolume&, int) {
   return {};
 }
 #endif

@@ -12,8 +12,11 @@
 namespace voxcarve::bench {
 
 /// One run of a peer on the input that it was prepared for. Of a voxelization the result is the number of interior
-/// voxels and of an isosurface that of triangles, counted after the clock has stopped.
+/// voxels, of an isosurface that of triangles and of a labelling that of components, counted after the clock has
+/// stopped. Volumes are copied then, too.
 using CountingPeer = std::function<Timed<std::int64_t>()>;
+using FilteringPeer = std::function<Timed<BinaryVolume>()>;
+using DistancePeer = std::function<Timed<Grid<std::int32_t>>()>;
 using ReducingPeer = std::function<Timed<TriangleSoup>()>;
 
 /// Which libraries were found when the build was configured. The functions below of one that was not return an empty
@@ -21,6 +24,7 @@ using ReducingPeer = std::function<Timed<TriangleSoup>()>;
 struct PeersAtHand {
   bool vtk = false;
   bool openvdb = false;
+  bool itk = false;
   bool meshoptimizer = false;
 };
 PeersAtHand peers_at_hand();
@@ -38,6 +42,18 @@ std::string vtk_smp_backend();
 /// openvdb::tools::meshToVolume, then sdfInteriorMask and copyToDense into a mask of bytes; all three are timed. The
 /// narrow band is one voxel wide on either side, the least that a mask needs.
 CountingPeer openvdb_voxelization(const TriangleSoup& soup, const GridFrame& frame, int threads);
+
+/// Opening by a ball of a whole number of voxels from two squared distance maps of
+/// itk::SignedMaurerDistanceMapImageFilter, each followed by a threshold to bytes; all four filters are timed. `volume`
+/// lives as long as the peer and has a layer of exterior all around: ITK does not see beyond it.
+FilteringPeer itk_opening(const BinaryVolume& volume, std::int64_t radius, int threads);
+
+/// The squared distance map of itk::SignedMaurerDistanceMapImageFilter in floats: to the nearest interior voxel, and in
+/// the interior, negative, to the nearest one at its border.
+DistancePeer itk_squared_distance(const BinaryVolume& volume, int threads);
+
+/// itk::ConnectedComponentImageFilter into labels of 32 bits, of the interior by faces.
+CountingPeer itk_labelling(const BinaryVolume& volume, int threads);
 
 /// meshopt_simplify without options and without a limit of the error, positions as float. One thread.
 ReducingPeer meshoptimizer_reduction(const TriangleSoup& soup, std::int64_t triangles);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <random>
 
 #include "common/mesh/models/primitives.h"
 #include "common/run/context.h"
@@ -47,6 +48,47 @@ DensityVolume density_volume(std::int64_t resolution, const Depth& depth) {
   });
   return volume;
 }
+
+/// Sets the voxels of a ball, cut off at the border of the grid, and tells how many of them had another value.
+std::int64_t paint_ball(BinaryVolume& volume, const Index3& center, std::int64_t radius, std::uint8_t value) {
+  const auto& dims = volume.frame.dims;
+  const Index3 low = (center.array() - radius).max(0).matrix();
+  const Index3 high = (center.array() + radius).min(dims.array() - 1).matrix();
+  std::int64_t changed = 0;
+  for (std::int64_t k = low[2]; k <= high[2]; ++k) {
+    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
+      const std::int64_t dj = j - center[1];
+      const std::int64_t dk = k - center[2];
+      const std::int64_t left = radius * radius - dj * dj - dk * dk;
+      if (left < 0) continue;
+      const auto half = static_cast<std::int64_t>(std::sqrt(static_cast<double>(left)));
+      const std::int64_t begin = std::max(center[0] - half, low[0]);
+      const std::int64_t end = std::min(center[0] + half, high[0]) + 1;
+      if (begin >= end) continue;
+      std::uint8_t* row = volume.values.data() + volume.index(0, j, k);
+      changed += (end - begin) - std::count(row + begin, row + end, value);
+      std::fill(row + begin, row + end, value);
+    }
+  }
+  return changed;
+}
+
+/// Whole numbers from `low` to `high`, the same on every machine: the distributions of the standard library are not.
+class Dice {
+ public:
+  std::int64_t roll(std::int64_t low, std::int64_t high) {
+    return low + static_cast<std::int64_t>(engine_() % static_cast<std::uint64_t>(high - low + 1));
+  }
+  /// A voxel at least `margin` away from the border of the grid.
+  Index3 voxel(const Index3& dims, std::int64_t margin) {
+    Index3 result;
+    for (int axis = 0; axis < 3; ++axis) result[axis] = roll(margin, dims[axis] - 1 - margin);
+    return result;
+  }
+
+ private:
+  std::mt19937_64 engine_;  // its default seed
+};
 
 /// Radius of the solids in a cube of half side 1: three voxels of exterior are left all around.
 double unit_radius(double half) {
@@ -108,6 +150,49 @@ DensityVolume gyroid_density(std::int64_t resolution, double periods) {
     const double gyroid = value / (1.5 * std::numbers::pi * periods);
     return std::min(gyroid, unit_radius(half) - p.norm()) * half;
   });
+}
+
+BinaryVolume scattered_balls(std::int64_t side) {
+  GridFrame frame;
+  frame.dims = Index3::Constant(side);
+  BinaryVolume volume(frame);
+  const std::int64_t wanted = frame.voxels() * 3 / 10;
+  std::int64_t interior = 0;
+  for (const Index3& corner : {Index3(1, 1, 1), Index3(3, 3, 1), Index3(3, 1, 3), Index3(1, 3, 3)})
+    interior += paint_ball(volume, corner * side / 4, side * 22 / 100, 1);
+  Dice dice;
+  while (interior < wanted) {
+    const std::int64_t radius = dice.roll(2, 12);
+    interior += paint_ball(volume, dice.voxel(frame.dims, radius + 1), radius, 1);
+  }
+  return volume;
+}
+
+BinaryVolume pitted_ellipsoid(const Index3& dims) {
+  GridFrame frame;
+  frame.dims = dims;
+  BinaryVolume volume(frame);
+  RunContext context;
+  context.threads = 2;
+  const Point half = 0.5 * dims.cast<double>();
+  parallel_for(context, 0, dims[2], 1, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k) {
+      for (std::int64_t j = 0; j < dims[1]; ++j) {
+        for (std::int64_t i = 0; i < dims[0]; ++i) {
+          const Point p = frame.center({i, j, k}).cwiseQuotient(half) - Point::Ones();
+          volume(i, j, k) = static_cast<std::uint8_t>(p.norm() <= bumpy_radius(p.normalized()));
+        }
+      }
+    }
+  });
+  Dice dice;
+  for (int ball = 0; ball < 400; ++ball) {
+    Point direction = dice.voxel(Index3::Constant(2001), 0).cast<double>() - Point::Constant(1000);
+    direction.normalize();
+    const Point surface = half + bumpy_radius(direction) * direction.cwiseProduct(half);
+    paint_ball(volume, surface.cast<std::int64_t>(), dice.roll(3, dims.minCoeff() / 9), ball % 2 == 0);
+  }
+  return volume;
 }
 
 }  // namespace voxcarve::bench
