@@ -42,13 +42,14 @@ VOXCARVE_VECTORIZED void count_back(const Byte* behind, std::int64_t length, Byt
   }
 }
 
-/// The least count of every tile; `count` is readable up to the end of the last one.
-VOXCARVE_VECTORIZED void least_of_tiles(const Byte* count, std::int64_t tiles, Byte* least) {
-  for (std::int64_t t = 0; t < tiles; ++t) {
-    Byte low = count[t * kTile];
-    for (std::int64_t i = 1; i < kTile; ++i) low = count[t * kTile + i] < low ? count[t * kTile + i] : low;
-    least[t] = low;
-  }
+/// Whether any count of a tile is not `far`.
+bool is_occupied(const Byte* count, Byte far) {
+  constexpr std::uint64_t kEveryByte = 0x0101010101010101U;
+  std::array<std::uint64_t, kTile / 8> words;
+  std::memcpy(words.data(), count, kTile);
+  std::uint64_t others = 0;
+  for (const std::uint64_t word : words) others |= word ^ (kEveryByte * far);
+  return others != 0;
 }
 
 VOXCARVE_VECTORIZED void square(const Byte* count, std::int64_t length, Square* squares) {
@@ -83,6 +84,35 @@ VOXCARVE_VECTORIZED void nearest_in_row(const Square* squares, std::int64_t from
   }
   std::memcpy(nearest, &first, sizeof(first));
   std::memcpy(nearest + kLanes, &second, sizeof(second));
+}
+
+/// For every voxel of a tile, how many of `limits` are no less than its square.
+VOXCARVE_VECTORIZED void count_limits(const Square* squares, const Square* limits, std::int64_t limit_count,
+                                      Byte* result) {
+  Lanes first;
+  Lanes second;
+  std::memcpy(&first, squares, sizeof(first));
+  std::memcpy(&second, squares + kLanes, sizeof(second));
+  Lanes first_count{};
+  Lanes second_count{};
+  for (std::int64_t l = 0; l < limit_count; ++l) {
+    // A comparison gives -1 where it holds.
+    first_count -= static_cast<Lanes>(first <= limits[l]);
+    second_count -= static_cast<Lanes>(second <= limits[l]);
+  }
+  std::array<Square, kTile> counts;
+  std::memcpy(counts.data(), &first_count, sizeof(first_count));
+  std::memcpy(counts.data() + kLanes, &second_count, sizeof(second_count));
+  for (std::size_t i = 0; i < counts.size(); ++i) result[i] = static_cast<Byte>(counts[i]);
+}
+
+/// The same by a table of what count belongs to which square: no slower with many limits.
+void look_up(const Square* squares, const Byte* table, Byte* result) {
+  for (std::int64_t eight = 0; eight < kTile; eight += 8) {
+    std::uint64_t bytes = 0;  // together, since a byte stored might be one of the table's
+    for (int i = 0; i < 8; ++i) bytes |= std::uint64_t{table[squares[eight + i]]} << 8 * i;
+    std::memcpy(result + eight, &bytes, sizeof(bytes));
+  }
 }
 
 /// What a slice covers of the next one: a voxel less, or what that one covers by itself.
@@ -132,11 +162,12 @@ class BallSweep {
         block_(block_slices(radius_)),
         ring_(std::min(dims_[2], block_ + radius_)),
         covered_(static_cast<std::size_t>(ring_ * dims_[1] * row_bytes_)),
-        empty_(static_cast<std::size_t>(ring_)) {
-    covers_.resize(static_cast<std::size_t>((radius_ + 1) * (radius_ + 1) + 1));
-    for (std::int64_t squared = 0; squared <= reach_; ++squared) {
-      covers_[static_cast<std::size_t>(squared)] =
-          static_cast<Byte>(1 + static_cast<std::int64_t>(std::sqrt(static_cast<double>(reach_ - squared) + 0.5)));
+        limits_(static_cast<std::size_t>(radius_ + 1)),
+        covers_(static_cast<std::size_t>((radius_ + 1) * (radius_ + 1) + 1)) {
+    for (std::int64_t z = 0; z <= radius_; ++z)
+      limits_[static_cast<std::size_t>(z)] = static_cast<Square>(reach_ - z * z);
+    for (const Square limit : limits_) {
+      for (std::size_t square = 0; square <= limit; ++square) ++covers_[square];
     }
   }
 
@@ -183,8 +214,7 @@ class BallSweep {
   struct Rows {
     std::vector<Byte> count;     ///< final distances along y of the row behind
     std::vector<Byte> keep;      ///< 0 at features, else 255
-    std::vector<Byte> least;     ///< of every tile
-    std::vector<Byte> gap_left;  ///< of every tile, the tiles from the last one with a feature in reach; likewise right
+    std::vector<char> occupied;  ///< of every tile: whether a feature is within reach along y
     std::vector<Square> squares;
     std::int64_t margin = 0;  ///< of `squares` before voxel 0
   };
@@ -193,8 +223,7 @@ class BallSweep {
     Rows rows;
     rows.count.resize(static_cast<std::size_t>(row_bytes_));
     rows.keep.resize(static_cast<std::size_t>(row_bytes_));
-    rows.least.resize(static_cast<std::size_t>(row_bytes_ / kTile));
-    rows.gap_left.resize(rows.least.size());
+    rows.occupied.resize(static_cast<std::size_t>(row_bytes_ / kTile));
     rows.margin = radius_ + 1;
     // Outside the row nothing is near, but for its first voxel on either side when features lie there.
     rows.squares.assign(static_cast<std::size_t>(row_bytes_ + 2 * rows.margin), static_cast<Square>(far_ * far_));
@@ -208,7 +237,6 @@ class BallSweep {
       const BitWord* words = volume_.row(j, k);
       for (std::int64_t w = 0; empty && w < row_words_; ++w) empty = feature_word(words[w], w) == 0;
     }
-    empty_[static_cast<std::size_t>(k % ring_)] = empty;
     if (empty) {
       std::memset(row(0, k), 0, static_cast<std::size_t>(dims_[1] * row_bytes_));
     } else {
@@ -246,12 +274,13 @@ class BallSweep {
   void cover_within_row(Byte* counts, Rows& rows) {
     const std::int64_t tiles = row_bytes_ / kTile;
     Square* squares = rows.squares.data() + rows.margin;
-    least_of_tiles(counts, tiles, rows.least.data());
+    for (std::int64_t t = 0; t < tiles; ++t)
+      rows.occupied[static_cast<std::size_t>(t)] = is_occupied(counts + t * kTile, far_);
     square(counts, row_bytes_, squares);
     const auto none = static_cast<Square>(far_ * far_);
     squares[-1] = features_.outside ? 0 : none;
     if (features_.outside) squares[dims_[0]] = 0;
-    const auto occupied = [&](std::int64_t t) { return rows.least[static_cast<std::size_t>(t)] < far_; };
+    const auto occupied = [&](std::int64_t t) { return rows.occupied[static_cast<std::size_t>(t)] != 0; };
     std::int64_t last = features_.outside ? -1 : -row_bytes_;  // position of the last tile's end with anything near
     std::int64_t next = -1;                                    // first voxel of the next such tile
     for (std::int64_t t = 0; t < tiles; ++t) {
@@ -270,7 +299,12 @@ class BallSweep {
         std::memset(counts + x, 0, kTile);
       } else {
         nearest_in_row(squares + x, from, radius_, nearest.data());
-        for (std::int64_t i = 0; i < kTile; ++i) counts[x + i] = covers_[nearest[static_cast<std::size_t>(i)]];
+        constexpr std::size_t kFewLimits = 16;
+        if (limits_.size() <= kFewLimits) {
+          count_limits(nearest.data(), limits_.data(), radius_ + 1, counts + x);
+        } else {
+          look_up(nearest.data(), covers_.data(), counts + x);
+        }
       }
       if (occupied(t)) last = x + kTile - 1;
     }
@@ -317,8 +351,9 @@ class BallSweep {
   std::int64_t block_;
   std::int64_t ring_;         ///< slices that are held at once
   GridValues<Byte> covered_;  ///< of each voxel: how far along z it covers, plus one
-  std::vector<char> empty_;
-  std::vector<Byte> covers_;  ///< the same by squared distance in the slice
+  /// What a squared distance in the slice may be, to cover this voxel and 0, 1, 2, ... before and behind it.
+  std::vector<Square> limits_;
+  std::vector<Byte> covers_;  ///< by squared distance in the slice: how many of the limits are no less
   WorkspacePool<Rows> pool_;
 };
 
