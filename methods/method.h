@@ -54,7 +54,8 @@ struct NamedVolume {
 };
 
 struct MethodResult {
-  std::shared_ptr<const LevelSequence> levels;  ///< never null, at least one level
+  /// Never null, at least one level. Where the run's context asked for no surfaces, they may be empty.
+  std::shared_ptr<const LevelSequence> levels;
   /// In the order of the stages; the last one of each level is that level as a volume.
   std::vector<NamedVolume> volumes;
   std::vector<StageTiming> timings;

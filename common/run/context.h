@@ -43,6 +43,7 @@ class RunContext {
   std::uint64_t memory_budget = default_memory_budget();  ///< bytes
   ProgressSink progress;                                  ///< may be empty; calls are serialised
   std::stop_token cancellation;
+  bool surfaces = true;  ///< false: the caller takes volumes only, and surfaces may be left out of the result
 
   RunContext() = default;
   RunContext(const RunContext&) = delete;

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -76,9 +77,9 @@ BitVolume voxels_where(const Index3& dims, RunContext& context, const Test& test
 class NeighborBalls {
  public:
   /// For balls of squared radii below `cap` within a grid of `dims`.
-  NeighborBalls(const Index3& dims, std::int32_t cap) : dims_(dims) {
+  NeighborBalls(const Index3& dims, std::int32_t cap, const RunContext& context) : dims_(dims) {
     const bool image = dims[2] == 1;
-    tabulate(cap, image);
+    tabulate(cap, image, context);
     for (std::int32_t z = image ? 0 : -1; z <= (image ? 0 : 1); ++z) {
       for (std::int32_t y = -1; y <= 1; ++y) {
         for (std::int32_t x = -1; x <= 1; ++x) {
@@ -123,10 +124,12 @@ class NeighborBalls {
   /// holding_[kind][t] is the greatest |x + step|^2 over the x of the ball of squared radius t, or t if that is more:
   /// the least squared radius about a neighbour that is no smaller and holds the ball. By symmetry the greatest lies
   /// where x >= y >= z >= 0 and the step goes along the leading coordinates.
-  void tabulate(std::int32_t cap, bool image) {
+  void tabulate(std::int32_t cap, bool image, const RunContext& context) {
+    constexpr std::int32_t kRowsPerPoll = 256;  // of z
     for (auto& table : holding_) table.assign(static_cast<std::size_t>(cap), 0);
     for (std::int32_t x = 0; x * x < cap; ++x) {
       for (std::int32_t y = 0; y <= x && x * x + y * y < cap; ++y) {
+        if (y % kRowsPerPoll == 0) context.check_cancelled();
         for (std::int32_t z = 0; z <= (image ? 0 : y) && x * x + y * y + z * z < cap; ++z) {
           const std::int32_t squared = x * x + y * y + z * z;
           std::int32_t along = 0;
@@ -141,6 +144,7 @@ class NeighborBalls {
     for (auto& table : holding_) {
       std::int32_t greatest = 0;
       for (std::size_t t = 0; t < table.size(); ++t) {
+        if (t % kVoxelsPerChunk == 0) context.check_cancelled();
         greatest = std::max({greatest, table[t], static_cast<std::int32_t>(t)});
         table[t] = greatest;
       }
@@ -164,7 +168,7 @@ std::vector<Ball> needed_balls(Grid<std::int32_t> reaches, const Index3& dims, s
   const Index3 margin = (reaches.frame.dims - dims) / 2;
   BitVolume needed(Index3::Zero());
   {
-    const NeighborBalls neighbors(reaches.frame.dims, cap);
+    const NeighborBalls neighbors(reaches.frame.dims, cap, context);
     needed = voxels_where(reaches.frame.dims, context,
                           [&](std::size_t index, std::int64_t i, std::int64_t j, std::int64_t k) {
                             const std::int32_t reach = reaches.values[index];
@@ -186,13 +190,19 @@ std::vector<Ball> needed_balls(Grid<std::int32_t> reaches, const Index3& dims, s
       }
     }
   };
+  // Beside the balls: what is here, and the result with its blank voxels.
+  const std::uint64_t held = reaches.values.size() * sizeof(std::int32_t) + BitVolume::memory(reaches.frame.dims) +
+                             static_cast<std::uint64_t>(dims.prod()) * kBytesPerVoxel +
+                             static_cast<std::uint64_t>(cap) * sizeof(std::size_t);
+  context.require_memory(held, "the stability map's balls");
   std::vector<std::size_t> place(static_cast<std::size_t>(cap), 0);  // of the next ball of every squared radius
   visit([&](const Index3&, std::int32_t reach) { ++place[static_cast<std::size_t>(reach)]; });
   std::size_t before = 0;
-  for (std::size_t reach = place.size(); reach-- > 0;) before += std::exchange(place[reach], before);
-  context.require_memory(before * sizeof(Ball) + reaches.values.size() * sizeof(std::int32_t) +
-                             static_cast<std::uint64_t>(dims.prod()) * kBytesPerVoxel,
-                         "the stability map's balls");
+  for (std::size_t reach = place.size(); reach-- > 0;) {
+    if (reach % kVoxelsPerChunk == 0) context.check_cancelled();
+    before += std::exchange(place[reach], before);
+  }
+  context.require_memory(held + before * sizeof(Ball), "the stability map's balls");
   std::vector<Ball> balls(before);
   visit([&](const Index3& voxel, std::int32_t reach) {
     const Index3 center = voxel - margin;
@@ -232,6 +242,12 @@ void paint_in_rounds(const std::vector<Ball>& balls, const GridFrame& frame, Bit
   }
 }
 
+/// The greatest float below `bound`.
+float float_below(double bound) {
+  const auto nearest = static_cast<float>(bound);
+  return static_cast<double>(nearest) < bound ? nearest : std::nextafter(nearest, -1.0F);
+}
+
 /// The voxels of the mortar, on the grid of `bits`, which has the ball's margin.
 BitVolume mortar(const BitVolume& bits, std::int64_t reach, bool outside, RunContext& context) {
   // A ball that lies wholly on one side keeps to it, so both openings dilate at once.
@@ -263,7 +279,6 @@ Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest,
   if (cap == 0 || volume.frame.voxels() == 0) return Grid<std::int32_t>(volume.frame);
   const auto margin = static_cast<std::int64_t>(std::ceil(largest));
   const GridFrame frame = padded(volume.frame, margin);
-  constexpr std::uint64_t kBytesPerVoxel = sizeof(std::int32_t) + 1;
   context.require_memory(
       kBytesPerVoxel * static_cast<std::uint64_t>(frame.voxels() + padded(volume.frame, 1).voxels()) +
           NeighborBalls::memory(cap),
@@ -290,10 +305,20 @@ Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest,
   return result;
 }
 
-Grid<float> stability_radii(const Grid<std::int32_t>& squared) {
+Grid<float> stability_radii(const Grid<std::int32_t>& squared, double largest) {
+  const std::int64_t cap = squared_reach(largest);
+  // A threshold at the largest radius may come as a double or rounded to a float, in either direction: the value where
+  // its ball fits is not below either, and every other value is below both.
+  const auto rounded = static_cast<float>(largest);
+  const float settled = static_cast<double>(rounded) < largest
+                            ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+                            : rounded;
+  const double bound = std::min(largest, static_cast<double>(rounded));
   auto radii = Grid<float>::uninitialized(squared.frame);
-  std::ranges::transform(squared.values, radii.values.begin(),
-                         [](std::int32_t value) { return static_cast<float>(std::sqrt(static_cast<double>(value))); });
+  std::ranges::transform(squared.values, radii.values.begin(), [&](std::int32_t value) {
+    // The root is exact enough: a float's square that is no integer differs from one by more than 1 in 2^48.
+    return value >= cap ? settled : float_below(std::min(std::sqrt(static_cast<double>(value) + 1), bound));
+  });
   return radii;
 }
 

@@ -18,16 +18,23 @@ namespace voxcarve {
 /// contains it and lies wholly on its side, whether in the volume or in its complement. An integer: a ball about a
 /// voxel at squared distance D from the nearest voxel of the other side reaches D - 1.
 ///
-/// For every r <= `largest`, {stability < r} lies within M_r, and it is M_r for r = `largest`. Below that it may be
-/// less, because digital balls are not made of the smaller ones: a voxel in a larger ball may lie in none of radius r.
-/// For the same reason a smaller `largest` may give less than min(stability, `largest`).
+/// The ball of radius r has the squared radius floor(r^2), so it is that to compare with: r^2 itself may lie between a
+/// value and the next. For every r <= `largest`, {value < floor(r^2)} lies within M_r, and it is M_r for r = `largest`.
+/// Below that it may be less, because digital balls are not made of the smaller ones: a voxel in a larger ball may lie
+/// in none of radius r. For the same reason a smaller `largest` may give less than min(value, floor(`largest`^2)).
 ///
 /// Holds about 10 bytes a voxel of the grid padded by `largest`. Throws ParameterError unless 0 <= `largest` <= 20000,
 /// and ResourceError when that exceeds the memory budget or a padded side 26,754 voxels.
 Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest, bool outside, RunContext& context);
 
-/// Square roots: a squared stability as radii in voxels.
-Grid<float> stability_radii(const Grid<std::int32_t>& squared);
+/// Stability in voxels, from the squared one up to the same `largest`. The ball of squared radius D - 1 is that of
+/// every r below sqrt(D), so a value D - 1 becomes the greatest float below sqrt(D) and below `largest`; where the ball
+/// of radius `largest` fits, its radius is rounded up to a float.
+///
+/// For every float r <= `largest`, {stability < r} lies within M_r. For r = `largest` it is M_r, whether compared as a
+/// double or rounded to a float; that float stands for `largest` even where its own ball is smaller. Throws
+/// ParameterError unless 0 <= `largest` <= 20000.
+Grid<float> stability_radii(const Grid<std::int32_t>& squared, double largest);
 
 /// The abstract's other stability [WR05]: of each voxel the first of `radii` whose mortar contains it, 0 where none
 /// does. Digital mortars do not always grow with the radius, so a voxel may have left those of larger radii again.

@@ -46,9 +46,13 @@ Measured measure_one(Session& session, const std::string& input, const MetricOpt
     measured.measurements = measure_shape(measured.surface, options, session.context());
   }
   if (auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
-    append(measured.measurements, measure_volume(*volume, options, session.context()));
     measured.volume = std::move(*volume);
+  } else if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape)) {
+    measured.volume = thresholded(scalar->grid, scalar->iso_value);
+  } else if (options.regularity_radius) {
+    session.print_notices({"--radius counts voxels, and " + model.name + " has none"});
   }
+  if (measured.volume) append(measured.measurements, measure_volume(*measured.volume, options, session.context()));
   return measured;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/mesh/io/mesh_io.h"
 #include "common/run/atomic_file.h"
@@ -98,14 +99,38 @@ const NamedVolume& choose_volume(const MethodResult& result, std::int64_t level,
 void write_result_volume(const NamedVolume& chosen, const Model& model, const std::string& output) {
   std::visit(
       [&](const auto& volume) {
-        const auto* input = std::get_if<BinaryVolume>(&model.shape);
+        const auto* binary = std::get_if<BinaryVolume>(&model.shape);
         const auto* scalar = std::get_if<ScalarVolume>(&model.shape);
-        const GridFrame frame = input != nullptr ? input->frame : scalar != nullptr ? scalar->grid.frame : volume.frame;
+        const GridFrame& frame = binary != nullptr   ? binary->frame
+                                 : scalar != nullptr ? scalar->grid.frame
+                                                     : volume.frame;
+        if (frame == volume.frame || frame.voxel_size != volume.frame.voxel_size) {
+          write_volume(volume, output);
+          return;
+        }
         const auto on_input = resized(volume, frame);
         const bool fits = resized(on_input, volume.frame) == volume;
         write_volume(fits ? on_input : volume, output);
       },
       chosen.volume);
+}
+
+/// Interior voxels of the level's result, of a method that makes binary volumes.
+std::optional<std::int64_t> interior_of(const MethodResult& result, std::int64_t level) {
+  std::optional<std::int64_t> interior;
+  for (const NamedVolume& volume : result.volumes) {
+    const auto* binary = std::get_if<BinaryVolume>(&volume.volume);
+    if (binary != nullptr && volume.level == level) interior = count_interior(*binary);
+  }
+  return interior;
+}
+
+/// What a level holds, for the terminal.
+std::string summary_of(const MethodResult& result, const ChosenLevel& level) {
+  const auto voxels = interior_of(result, level.index);
+  if (level.surface.empty() && voxels) return with_thousands(*voxels) + " interior voxels";
+  return with_thousands(static_cast<long long>(level.surface.positions.size())) + " vertices, " +
+         with_thousands(static_cast<long long>(level.surface.triangles.size())) + " triangles";
 }
 
 Json run_report(const Model& model, const Method& method, const Parameters& parameters, const MethodResult& result,
@@ -117,11 +142,14 @@ Json run_report(const Model& model, const Method& method, const Parameters& para
                {"parameters", to_json(parameters)},
                {"seed", options.common.seed},
                {"levels", result.levels->size()},
-               {"level", level},
-               {"vertices", surface.positions.size()},
-               {"triangles", surface.triangles.size()},
-               {"notices", result.notices},
-               {"timings", to_json(result.timings)}};
+               {"level", level}};
+  if (!surface.empty()) {
+    json["vertices"] = surface.positions.size();
+    json["triangles"] = surface.triangles.size();
+  }
+  if (const auto voxels = interior_of(result, level)) json["interior"] = *voxels;
+  json["notices"] = result.notices;
+  json["timings"] = to_json(result.timings);
   if (options.check_invariants) {
     Json list = Json::array();
     for (const InvariantCheck& check : checks)
@@ -152,6 +180,9 @@ void run(const RunOptions& options) {
   Session session(options.common);
   const Model model = session.open(options.input);
   session.announce(method.info().name);
+  // Surfaces cost more than volumes, and nobody looks at them where these are all that is wanted.
+  session.context().surfaces =
+      !wants_volume || options.check_invariants || options.triangles > 0 || options.vertices > 0;
   MethodResult result = method.run(model, parameters, session.context());
   const ChosenLevel level = choose_level(result, options);
   const TriangleSoup& surface = level.surface;
@@ -174,9 +205,7 @@ void run(const RunOptions& options) {
   } else {
     double seconds = 0;
     for (const StageTiming& timing : result.timings) seconds += timing.seconds;
-    fmt::print("{} of {}: {} vertices, {} triangles in {:.2f} s{}\n", method.info().name, model.name,
-               with_thousands(static_cast<long long>(surface.positions.size())),
-               with_thousands(static_cast<long long>(surface.triangles.size())), seconds,
+    fmt::print("{} of {}: {} in {:.2f} s{}\n", method.info().name, model.name, summary_of(result, level), seconds,
                options.output.empty() ? "" : " -> " + options.output);
     for (const InvariantCheck& check : checks)
       fmt::print("  {}: {}{}\n", check.name, check.holds ? "holds" : "VIOLATED",

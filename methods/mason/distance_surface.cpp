@@ -18,7 +18,6 @@ constexpr float kNowhere = 1e6F;
 Grid<float> signed_reach(const BitVolume& bits, const GridFrame& frame, std::uint8_t feature, std::int64_t reach,
                          float sign, RunContext& context) {
   const Grid<std::int32_t> squared = squared_distance(expanded(bits, frame, context), feature, context);
-  context.require_memory(squared.values.size() * 9, "the distance field");
   auto field = Grid<float>::uninitialized(frame);
   // Squared distances are integers: half of one keeps the sign away from 0.
   const double radius = std::sqrt(static_cast<double>(reach) + 0.5);

@@ -10,6 +10,7 @@
 #include "common/mesh/smoothing.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
+#include "common/volume/ball_sweep.h"
 #include "common/volume/bit_morphology.h"
 #include "common/volume/isosurface.h"
 #include "common/volume/stability.h"
@@ -47,9 +48,10 @@ MethodInfo make_info(const Operator& op) {
     specs.push_back(ParameterSpec::choice("tie", {"paper", "self-dual"}, "paper",
                                           "components that both filters change alike: RF, or what treats interior and "
                                           "exterior the same way"));
-    specs.push_back(ParameterSpec::toggle("maps", false,
-                                          "also make the volumes core, mortar and anticore of every radius, and the "
-                                          "stability in voxels up to the largest one (voxcarve run --volume NAME)"));
+    specs.push_back(
+        ParameterSpec::toggle("maps", false,
+                              "also make the volumes core, mortar and anticore of every radius, stability up to the "
+                              "largest one, and first_mortar (voxcarve run --volume NAME)"));
   }
   specs.push_back(ParameterSpec::choice("surface", {"binary", "distance"}, "binary",
                                         "extract the surface from the voxels, or from the distance field of the last "
@@ -87,13 +89,6 @@ std::string radius_text(double radius) {
   return "radius " + format_real(radius);
 }
 
-/// A filter may well leave nothing of a volume, and an empty volume says so; who asked for a mesh of a mesh gets none.
-void report_empty(const Model& model, double radius, RunContext& context) {
-  const std::string what = radius_text(radius) + ": nothing of " + model.name + " is left";
-  if (model.soup() != nullptr) throw MethodFailure(what + "; lower the radius or raise the resolution");
-  context.notice(what + ", the result is empty");
-}
-
 /// The shape in bits, with room for the ball.
 struct PaddedShape {
   BitVolume bits;
@@ -101,14 +96,24 @@ struct PaddedShape {
   Index3 margin = Index3::Zero();
 };
 
-PaddedShape pad_for_ball(const BinaryVolume& shape, double radius, std::int64_t more, RunContext& context) {
+/// The margin that a filter needs on the shape's grid: what only shrinks needs none.
+std::int64_t margin_of(MorphologicalFilter filter, const GridFrame& frame, double radius) {
+  const bool shrinks = filter == MorphologicalFilter::kErode || filter == MorphologicalFilter::kRound;
+  return shrinks ? 0 : ball_margin(frame.dims, radius)[0];
+}
+
+/// `held` are the bytes that are held beside the result.
+PaddedShape pad(const BinaryVolume& shape, std::int64_t margin, std::uint64_t held, RunContext& context) {
   PaddedShape result;
-  const auto margin = ball_margin(shape.frame.dims, radius)[0] + more;
   result.frame = padded(shape.frame, margin);
   result.margin = (result.frame.dims - shape.frame.dims) / 2;
-  context.require_memory(shape.values.size() + BitVolume::memory(result.frame.dims), "the padded volume");
+  context.require_memory(held + BitVolume::memory(result.frame.dims), "the padded volume");
   result.bits = packed(shape, result.margin, false, context);
   return result;
+}
+
+bool makes_maps(const Parameters& parameters) {
+  return parameters.has("maps") && parameters.toggle("maps");
 }
 
 class Regularization final : public Method {
@@ -126,17 +131,34 @@ class Regularization final : public Method {
     const std::vector<double> radii = radii_of(parameters);
     MethodResult result;
     std::vector<TriangleSoup> levels;
-    if (parameters.has("maps") && parameters.toggle("maps")) {
+    std::uint64_t held = shape_bytes(model) + shape.values.size();
+    const auto keep = [&](const char* name, auto volume, std::int64_t level) {
+      held += volume.values.size() * sizeof(volume.values[0]);
+      result.volumes.push_back({name, std::move(volume), level});
+    };
+    if (makes_maps(parameters)) {
       Stage stage(context, "stability", shape.frame.voxels());
-      result.volumes.push_back({"stability", stability_radii(squared_stability(shape, radii.front(), false, context))});
+      keep("stability", stability_radii(squared_stability(shape, radii.front(), false, context), radii.front()), 0);
+      const std::vector<double> increasing(radii.rbegin(), radii.rend());
+      keep("first_mortar", first_mortar(shape, increasing, false, context), 0);
     }
+    bool empty = true;
     for (const double radius : radii) {
       const auto level = static_cast<std::int64_t>(levels.size());
-      BinaryVolume filtered = filter(shape, radius, level, parameters, result, context);
-      if (count_interior(filtered) == 0) report_empty(model, radius, context);
-      levels.push_back(surface_of(shape, filtered, radius, parameters, context));
-      result.volumes.push_back({"result", std::move(filtered), level});
+      Filtered filtered = filter(shape, radius, parameters, held, context);
+      for (auto& [name, map] : filtered.maps) keep(name, std::move(map), level);
+      const bool nothing = count_interior(filtered.volume) == 0;
+      empty = empty && nothing;
+      if (nothing) context.notice(radius_text(radius) + ": nothing of " + model.name + " is left, the result is empty");
+      levels.push_back(context.surfaces && !nothing
+                           ? surface_of(shape, filtered.volume, radius, parameters, held, context)
+                           : TriangleSoup{});
+      held += levels.back().positions.size() * sizeof(Point) + levels.back().triangles.size() * sizeof(Triangle);
+      keep("result", std::move(filtered.volume), level);
     }
+    // An empty volume is a result; who put a mesh in waits for one.
+    if (empty && model.soup() != nullptr)
+      throw MethodFailure("nothing of " + model.name + " is left; lower the radius or raise the resolution");
     result.levels = make_levels(std::move(levels));
     return result;
   }
@@ -149,7 +171,9 @@ class Regularization final : public Method {
     for (const NamedVolume& volume : result.volumes) {
       if (volume.name != "result") continue;
       const double radius = radii[static_cast<std::size_t>(volume.level)];
-      const PaddedShape padded_shape = pad_for_ball(shape, radius, 0, context);
+      // Theorems are about all of the filters, so there is room for what grows.
+      const PaddedShape padded_shape =
+          pad(shape, ball_margin(shape.frame.dims, radius)[0], shape_bytes(model) + 2 * shape.values.size(), context);
       const auto& filtered = std::get<BinaryVolume>(volume.volume);
       const Index3 margin = (padded_shape.frame.dims - filtered.frame.dims) / 2;
       for (InvariantCheck& check :
@@ -163,38 +187,59 @@ class Regularization final : public Method {
   }
 
  private:
-  /// The filtered volume, on the grid of `shape` unless it has grown. Adds the maps of this radius to `result`.
-  BinaryVolume filter(const BinaryVolume& shape, double radius, std::int64_t level, const Parameters& parameters,
-                      MethodResult& result, RunContext& context) const {
-    Stage stage(context, info_.name, shape.frame.voxels());
-    const PaddedShape room = pad_for_ball(shape, radius, 0, context);
-    RegularFilters filters(room.bits, squared_reach(radius), false, context);
-    if (parameters.has("maps") && parameters.toggle("maps")) {
+  struct Filtered {
+    BinaryVolume volume;
+    std::vector<std::pair<const char*, BinaryVolume>> maps;
+  };
+
+  /// The filtered volume, on the grid of `shape` unless it grows, and the maps of this radius. `held` are the bytes
+  /// that are held beside them.
+  Filtered filter(const BinaryVolume& shape, double radius, const Parameters& parameters, std::uint64_t held,
+                  RunContext& context) const {
+    const std::int64_t voxels = shape.frame.voxels();
+    Stage stage(context, info_.name, voxels);
+    const std::int64_t reach = squared_reach(radius);
+    const PaddedShape room = pad(shape, margin_of(operator_.filter, shape.frame, radius), held, context);
+    // The shape, R, F, RF, FR and two more in the making, and the result or the maps in bytes.
+    const bool grows = operator_.filter == MorphologicalFilter::kDilate;
+    const auto result_bytes = static_cast<std::uint64_t>(grows ? room.frame.voxels() : voxels);
+    held += 7 * BitVolume::memory(room.frame.dims);
+    context.require_memory(held + within_reach_memory(room.frame.dims, std::min(reach, kLargestSweptReach)) +
+                               result_bytes * (makes_maps(parameters) ? 4 : 1),
+                           info_.name);
+    RegularFilters filters(room.bits, reach, false, context);
+    Filtered filtered;
+    if (makes_maps(parameters)) {
       const auto add = [&](const char* name, const BitVolume& bits) {
-        result.volumes.push_back({name, expanded(bits, shape.frame, room.margin, context), level});
+        filtered.maps.emplace_back(name, expanded(bits, shape.frame, room.margin, context));
       };
       add("core", filters.rounded());
       add("mortar", filters.mortar());
       add("anticore", complement(filters.filleted(), context));
     }
     MasonCounts counts;
-    const BitVolume filtered = std::move(filters).apply(operator_.filter, tie_of(parameters), &counts);
+    if (operator_.filter == MorphologicalFilter::kMason) {
+      for (const auto& make : {&RegularFilters::rounded, &RegularFilters::fr, &RegularFilters::filleted}) {
+        (filters.*make)();
+        stage.advance(voxels / 4);
+      }
+    }
+    const BitVolume result = std::move(filters).apply(operator_.filter, tie_of(parameters), &counts, held);
     if (operator_.filter == MorphologicalFilter::kMason) {
       context.notice(radius_text(radius) + ": " + std::to_string(counts.mortar_components) +
                      " components of the mortar, " + std::to_string(counts.by_fr) + " changed less by FR, " +
                      std::to_string(counts.by_rf) + " by RF, " + std::to_string(counts.ties) + " alike");
     }
-    context.require_memory(BitVolume::memory(room.frame.dims) + static_cast<std::uint64_t>(room.frame.voxels()),
-                           "the filtered volume");
-    if (operator_.filter == MorphologicalFilter::kDilate) return expanded(filtered, room.frame, context);
-    return expanded(filtered, shape.frame, room.margin, context);
+    filtered.volume =
+        grows ? expanded(result, room.frame, context) : expanded(result, shape.frame, room.margin, context);
+    return filtered;
   }
 
   TriangleSoup surface_of(const BinaryVolume& shape, const BinaryVolume& filtered, double radius,
-                          const Parameters& parameters, RunContext& context) const {
+                          const Parameters& parameters, std::uint64_t held, RunContext& context) const {
     const bool binary = parameters.choice("surface") == "binary";
     TriangleSoup surface =
-        binary ? isosurface(filtered, context) : distance_surface(shape, radius, parameters, context);
+        binary ? isosurface(filtered, context) : distance_surface(shape, radius, parameters, held, context);
     const std::int64_t asked = parameters.integer("smoothing");
     TaubinOptions smoothing;
     if (asked != kSmoothBinary) {
@@ -207,11 +252,16 @@ class Regularization final : public Method {
   }
 
   TriangleSoup distance_surface(const BinaryVolume& shape, double radius, const Parameters& parameters,
-                                RunContext& context) const {
-    const PaddedShape room = pad_for_ball(shape, radius, 1, context);
+                                std::uint64_t held, RunContext& context) const {
+    // One voxel more of exterior than the ball reaches, so that distances to it are seen.
+    const PaddedShape room = pad(shape, ball_margin(shape.frame.dims, radius)[0] + 1, held, context);
     Grid<float> field;
     {
       Stage stage(context, "distance field", room.frame.voxels());
+      const auto voxels = static_cast<std::uint64_t>(room.frame.voxels());
+      const std::uint64_t bytes_per_voxel = operator_.filter == MorphologicalFilter::kMason ? 13 : 9;
+      context.require_memory(held + bytes_per_voxel * voxels + 8 * BitVolume::memory(room.frame.dims),
+                             "the distance field");
       field =
           distance_field(room.bits, room.frame, squared_reach(radius), operator_.filter, tie_of(parameters), context);
     }

@@ -22,8 +22,9 @@ struct Ballot {
 };
 
 std::vector<Ballot> count_ballots(const RunLabelling& labelling, const BitVolume& shape, const BitVolume& rf,
-                                  const BitVolume& fr, RunContext& context) {
-  context.require_memory(static_cast<std::uint64_t>(labelling.count()) * sizeof(Ballot), "Mason's components");
+                                  const BitVolume& fr, std::uint64_t held, RunContext& context) {
+  context.require_memory(held + labelling.memory() + static_cast<std::uint64_t>(labelling.count()) * sizeof(Ballot),
+                         "Mason's components");
   std::vector<Ballot> ballots(static_cast<std::size_t>(labelling.count()));
   for (std::int64_t k = 0; k < shape.dims()[2]; ++k) {
     context.check_cancelled();
@@ -134,11 +135,11 @@ BitVolume RegularFilters::mortar() {
   return result;
 }
 
-BitVolume RegularFilters::mason(TieRule tie, MasonCounts* counts, MasonMaps* maps) {
+BitVolume RegularFilters::mason(TieRule tie, MasonCounts* counts, MasonMaps* maps, std::uint64_t held) {
   const BitVolume& by_rf = rf();
   const BitVolume& by_fr = fr();
-  const RunLabelling labelling = label_runs(mortar(), Connectivity::kFace, context_);
-  const std::vector<Ballot> ballots = count_ballots(labelling, shape_, by_rf, by_fr, context_);
+  const RunLabelling labelling = label_runs(mortar(), Connectivity::kFace, context_, held);
+  const std::vector<Ballot> ballots = count_ballots(labelling, shape_, by_rf, by_fr, held, context_);
   std::vector<char> takes_fr(ballots.size());
   std::vector<char> ties(ballots.size());
   MasonCounts counted;
@@ -167,7 +168,7 @@ BitVolume RegularFilters::mason(TieRule tie, MasonCounts* counts, MasonMaps* map
   return result;
 }
 
-BitVolume RegularFilters::apply(MorphologicalFilter filter, TieRule tie, MasonCounts* counts) && {
+BitVolume RegularFilters::apply(MorphologicalFilter filter, TieRule tie, MasonCounts* counts, std::uint64_t held) && {
   switch (filter) {
     case MorphologicalFilter::kDilate:
       return dilate(shape_, reach_, outside_, context_);
@@ -186,7 +187,7 @@ BitVolume RegularFilters::apply(MorphologicalFilter filter, TieRule tie, MasonCo
       fr();
       return *std::exchange(fr_, std::nullopt);
     case MorphologicalFilter::kMason:
-      return mason(tie, counts);
+      return mason(tie, counts, nullptr, held);
   }
   return shape_;
 }

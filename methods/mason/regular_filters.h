@@ -61,10 +61,11 @@ class RegularFilters {
   const BitVolume& fr();
   /// F(S) - R(S).
   BitVolume mortar();
-  /// Mason [WR05, 4.2 and 4.3]; components of the mortar are 6-connected, in an image 4-connected.
-  BitVolume mason(TieRule tie, MasonCounts* counts = nullptr, MasonMaps* maps = nullptr);
+  /// Mason [WR05, 4.2 and 4.3]; components of the mortar are 6-connected, in an image 4-connected. `held` are
+  /// the bytes that are held meanwhile, this object's sets among them.
+  BitVolume mason(TieRule tie, MasonCounts* counts = nullptr, MasonMaps* maps = nullptr, std::uint64_t held = 0);
   /// What the filter makes of the shape; gives up the sets that it made.
-  BitVolume apply(MorphologicalFilter filter, TieRule tie, MasonCounts* counts = nullptr) &&;
+  BitVolume apply(MorphologicalFilter filter, TieRule tie, MasonCounts* counts = nullptr, std::uint64_t held = 0) &&;
 
  private:
   const BitVolume& shape_;

@@ -2,10 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/run/errors.h"
 #include "common/volume/bit_morphology.h"
-#include "common/volume/labelling.h"
 #include "common/volume/models/volume_models.h"
 #include "common/volume/morphology.h"
 #include "methods/mason/distance_surface.h"
@@ -19,6 +23,8 @@ namespace {
 
 using test::frame_of;
 using test::random_volume;
+using test::slow_dilation;
+using test::slow_erosion;
 
 constexpr MorphologicalFilter kAllFilters[] = {MorphologicalFilter::kDilate, MorphologicalFilter::kErode,
                                                MorphologicalFilter::kRound,  MorphologicalFilter::kFillet,
@@ -30,13 +36,14 @@ struct Sample {
   double radius = 0;
 };
 
-/// Random volumes and images of several densities, noise of single voxels and of blobs, foreground at the border.
+/// Random volumes and images of several densities, noise of single voxels and of blobs, foreground at the border; balls
+/// larger than the volume.
 std::vector<Sample> samples() {
   std::vector<Sample> all;
   std::uint64_t seed = 0;
   RunContext context;
-  for (const Index3& dims :
-       {Index3(40, 30, 1), Index3(13, 12, 11), Index3(66, 5, 1), Index3(9, 1, 14), Index3(25, 1, 1)}) {
+  for (const Index3& dims : {Index3(40, 30, 1), Index3(13, 12, 11), Index3(66, 5, 1), Index3(9, 1, 14),
+                             Index3(25, 1, 1), Index3(1, 20, 20)}) {
     for (const double fill : {0.05, 0.2, 0.5, 0.8, 0.95}) {
       for (const double radius : {1.0, 1.5, 2.0, 3.0, 4.2}) {
         all.push_back({random_volume(dims, fill, ++seed), radius});
@@ -45,7 +52,11 @@ std::vector<Sample> samples() {
       }
     }
   }
-  for (const double radius : {0.0, 2.0, 100.0}) {
+  for (const double radius : {2.0, 2.5, 3.0}) {  // solid blobs that the ball fits into, in rows of more than a word
+    const BinaryVolume seeds = random_volume({70, 20, 20}, 0.001, ++seed);
+    all.push_back({resized(dilate(seeds, 4.2, context), seeds.frame), radius});
+  }
+  for (const double radius : {0.0, 2.0, 8.0}) {
     all.push_back({BinaryVolume(frame_of({7, 6, 5})), radius});
     all.push_back({BinaryVolume(frame_of({7, 6, 5}), 1), radius});
     all.push_back({BinaryVolume(frame_of({7, 6, 1}), 1), radius});
@@ -79,70 +90,205 @@ TEST(Mason, TheoremsHoldOfEveryFilterOnRandomVolumes) {
   EXPECT_GE(volumes, 250U);
 }
 
-TEST(Mason, ChecksNoticeAWrongResult) {
-  // A result that differs from S outside the mortar: a voxel in the middle of a solid cube turned.
-  RunContext context;
-  BinaryVolume cube(frame_of({20, 20, 20}), 1);
-  const Sample sample{cube, 2};
-  const BitVolume shape = room_for(sample, false, context);
-  cube(10, 10, 10) = 0;
-  const BitVolume wrong = room_for({cube, 2}, false, context);
-  std::vector<std::string> violated;
-  for (const InvariantCheck& check :
-       check_theorems(shape, wrong, squared_reach(2), MorphologicalFilter::kMason, TieRule::kPaper, context)) {
-    if (!check.holds) violated.push_back(check.name);
+using Names = std::set<std::string>;
+
+/// Of the checks of one result that do not hold.
+Names violated(const BitVolume& shape, const BitVolume& result, double radius, MorphologicalFilter filter, TieRule tie,
+               RunContext& context) {
+  Names names;
+  for (const InvariantCheck& check : check_theorems(shape, result, squared_reach(radius), filter, tie, context)) {
+    if (!check.holds) names.insert(check.name);
   }
-  // That Mason changes no more than RF or FR stands: these round the cube's edges, and one voxel is less.
-  EXPECT_EQ(violated,
-            (std::vector<std::string>{"the result differs from S only in the mortar",
-                                      "every changed voxel has one of the opposite colour of S within the radius",
-                                      "Mason is self-dual but for components that tie"}));
+  return names;
 }
 
-/// Mason as the paper describes it, pixel by pixel, on byte volumes.
-BinaryVolume slow_mason(const BinaryVolume& shape, double radius, TieRule tie, RunContext& context) {
-  const BinaryVolume r = open(shape, radius, context);
-  const BinaryVolume f = close(shape, radius, context);
-  const BinaryVolume rf = open(f, radius, context);
-  const BinaryVolume fr = close(r, radius, context);
-  BinaryVolume mortar(shape.frame);
-  for (std::size_t at = 0; at < mortar.values.size(); ++at)
-    mortar.values[at] = static_cast<std::uint8_t>(f.values[at] - r.values[at]);
-  const Labelling labelling = label_components(mortar, 1, Connectivity::kFace, context);
-  BinaryVolume result = shape;
-  for (std::int32_t label = 1; label <= labelling.count; ++label) {
-    std::int64_t by_fr = 0;
-    std::int64_t by_rf = 0;
-    std::int64_t balance = 0;
-    int first = -1;
-    for (std::size_t at = 0; at < mortar.values.size(); ++at) {
-      if (labelling.labels.values[at] != label) continue;
-      by_fr += shape.values[at] != fr.values[at] ? 1 : 0;
-      by_rf += shape.values[at] != rf.values[at] ? 1 : 0;
-      balance += shape.values[at] != 0 ? 1 : -1;
-      if (first < 0) first = shape.values[at];
+TEST(Mason, ChecksNoticeAVoxelTurned) {
+  // A result that differs from S outside the mortar: a voxel in the middle of a solid cube turned. A cube is its own
+  // filleting, and rounding takes voxels from its edges, so RF = FR = R, which the result is not in the mortar. That
+  // Mason changes no more than RF or FR stands: one voxel is less than the edges.
+  RunContext context;
+  BinaryVolume cube(frame_of({20, 20, 20}), 1);
+  const BitVolume shape = room_for({cube, 2}, false, context);
+  cube(10, 10, 10) = 0;
+  const BitVolume wrong = room_for({cube, 2}, false, context);
+  EXPECT_EQ(violated(shape, wrong, 2, MorphologicalFilter::kMason, TieRule::kPaper, context),
+            (Names{"the result is Mason(S)", "each component of the mortar is RF or FR there", "R <= result",
+                   "the result differs from S only in the mortar", "Mason is self-dual but for components that tie",
+                   "every changed voxel has one of the opposite colour of S within the radius"}));
+}
+
+/// What a result has to be, and the same by duality, on which Mason's may differ where components tie.
+const std::map<MorphologicalFilter, Names> kIdentities = {
+    {MorphologicalFilter::kDilate, {"the result is S grown", "complement of the result = complement of S shrunk"}},
+    {MorphologicalFilter::kErode, {"the result is S shrunk", "complement of the result = complement of S grown"}},
+    {MorphologicalFilter::kRound, {"the result is R(S)", "complement of the result = F(complement of S)"}},
+    {MorphologicalFilter::kFillet, {"the result is F(S)", "complement of the result = R(complement of S)"}},
+    {MorphologicalFilter::kRf, {"the result is RF(S)", "complement of the result = FR(complement of S)"}},
+    {MorphologicalFilter::kFr, {"the result is FR(S)", "complement of the result = RF(complement of S)"}},
+    {MorphologicalFilter::kMason, {"the result is Mason(S)"}}};
+
+TEST(Mason, ChecksNoticeAWrongResult) {
+  // Every filter is handed what every other makes, and S and its complement: whatever differs from its own result is
+  // noticed.
+  std::map<MorphologicalFilter, Names> fired;
+  std::map<std::pair<std::size_t, std::size_t>, int> noticed;
+  RunContext context;
+  const std::vector<Sample> all = samples();
+  for (std::size_t at = 0; at < all.size(); at += 9) {
+    const Sample& sample = all[at];
+    const BitVolume shape = room_for(sample, false, context);
+    std::vector<BitVolume> results;
+    for (const MorphologicalFilter filter : kAllFilters) {
+      results.push_back(
+          RegularFilters(shape, squared_reach(sample.radius), false, context).apply(filter, TieRule::kPaper));
     }
-    bool takes_fr = by_fr < by_rf;
-    if (by_fr == by_rf && tie == TieRule::kSelfDual) takes_fr = balance < 0 || (balance == 0 && first == 0);
-    for (std::size_t at = 0; at < mortar.values.size(); ++at) {
-      if (labelling.labels.values[at] == label) result.values[at] = takes_fr ? fr.values[at] : rf.values[at];
+    results.push_back(shape);
+    results.push_back(complement(shape, context));
+    for (std::size_t right = 0; right < std::size(kAllFilters); ++right) {
+      const MorphologicalFilter filter = kAllFilters[right];
+      for (std::size_t wrong = 0; wrong < results.size(); ++wrong) {
+        if (results[wrong] == results[right]) continue;
+        const Names names = violated(shape, results[wrong], sample.radius, filter, TieRule::kPaper, context);
+        for (const std::string& name : kIdentities.at(filter)) {
+          ASSERT_TRUE(names.contains(name)) << name << ", given result " << wrong << ", sample " << at;
+        }
+        ++noticed[{right, wrong}];
+        fired[filter].insert(names.begin(), names.end());
+      }
     }
   }
-  return result;
+  // Every one of them was handed every other's at least once ...
+  EXPECT_EQ(noticed.size(), std::size(kAllFilters) * (std::size(kAllFilters) + 1));
+  // ... and no theorem on a result is one that cannot fail.
+  const std::string near = "every changed voxel has one of the opposite colour of S within the radius";
+  const std::string mortar = "the result differs from S only in the mortar";
+  const std::map<MorphologicalFilter, Names> theorems = {
+      {MorphologicalFilter::kDilate, {"S <= result", near}},
+      {MorphologicalFilter::kErode, {"result <= S", near}},
+      {MorphologicalFilter::kRound,
+       {"result <= S", "the result has no inner-irregular voxels", "R(result) = result", mortar, near}},
+      {MorphologicalFilter::kFillet,
+       {"S <= result", "the result has no outer-irregular voxels", "F(result) = result", mortar, near}},
+      {MorphologicalFilter::kRf,
+       {"R <= result", "result <= F", "the result has no inner-irregular voxels", mortar, near}},
+      {MorphologicalFilter::kFr,
+       {"R <= result", "result <= F", "the result has no outer-irregular voxels", mortar, near}},
+      {MorphologicalFilter::kMason,
+       {"R <= result", "result <= F", "each component of the mortar is RF or FR there",
+        "Mason changes no more than RF or FR", "Mason is self-dual but for components that tie", mortar, near}}};
+  for (const auto& [filter, expected] : theorems) {
+    Names own = expected;
+    own.merge(Names(kIdentities.at(filter)));
+    EXPECT_EQ(fired[filter], own) << static_cast<int>(filter);
+  }
 }
+
+TEST(Mason, ChecksNoticeTheOtherTieRule) {
+  RunContext context;
+  int tried = 0;
+  for (const Sample& sample : samples()) {
+    const BitVolume shape = room_for(sample, false, context);
+    RegularFilters filters(shape, squared_reach(sample.radius), false, context);
+    const BitVolume by_paper = filters.mason(TieRule::kPaper);
+    const BitVolume self_dual = filters.mason(TieRule::kSelfDual);
+    if (by_paper == self_dual || ++tried % 4 != 1) continue;
+    // Each takes RF or FR of every component and changes as little: only what the rule says tells them apart.
+    EXPECT_EQ(violated(shape, self_dual, sample.radius, MorphologicalFilter::kMason, TieRule::kPaper, context),
+              Names{"the result is Mason(S)"});
+    EXPECT_EQ(violated(shape, by_paper, sample.radius, MorphologicalFilter::kMason, TieRule::kSelfDual, context),
+              (Names{"the result is Mason(S)", "Mason is self-dual"}));
+  }
+  EXPECT_GT(tried, 0);
+}
+
+/// The face-connected components of the set voxels, each as places among the values, by a flood from its first voxel.
+std::vector<std::vector<std::size_t>> slow_components(BinaryVolume volume) {
+  std::vector<std::vector<std::size_t>> components;
+  for (std::int64_t k = 0; k < volume.nz(); ++k)
+    for (std::int64_t j = 0; j < volume.ny(); ++j)
+      for (std::int64_t i = 0; i < volume.nx(); ++i) {
+        if (volume(i, j, k) == 0) continue;
+        std::vector<std::size_t>& component = components.emplace_back();
+        std::vector<Index3> flood = {Index3(i, j, k)};
+        while (!flood.empty()) {
+          const Index3 at = flood.back();
+          flood.pop_back();
+          if (volume.get(at[0], at[1], at[2], 0) == 0) continue;
+          volume(at[0], at[1], at[2]) = 0;
+          component.push_back(volume.index(at[0], at[1], at[2]));
+          for (int axis = 0; axis < 3; ++axis) {
+            flood.push_back(at + Index3::Unit(axis));
+            flood.push_back(at - Index3::Unit(axis));
+          }
+        }
+      }
+  return components;
+}
+
+/// What the paper describes, voxel by voxel from the definition of the ball, on byte volumes with room for it.
+struct SlowMason {
+  BinaryVolume shape, rounded, filleted, rf, fr;
+
+  SlowMason(const BinaryVolume& volume, double radius)
+      : shape(resized(volume, padded(volume.frame, static_cast<std::int64_t>(std::ceil(radius))))) {
+    const auto grown = [&](const BinaryVolume& of) { return slow_dilation(of, radius, false); };
+    const auto shrunk = [&](const BinaryVolume& of) { return slow_erosion(of, radius, false); };
+    rounded = grown(shrunk(shape));
+    filleted = shrunk(grown(shape));
+    rf = grown(shrunk(filleted));
+    fr = shrunk(grown(rounded));
+  }
+
+  BinaryVolume mortar() const {
+    BinaryVolume result = filleted;
+    for (std::size_t at = 0; at < result.values.size(); ++at)
+      if (rounded.values[at] != 0) result.values[at] = 0;
+    return result;
+  }
+
+  BinaryVolume mason(TieRule tie) const {
+    BinaryVolume result = shape;
+    for (const std::vector<std::size_t>& component : slow_components(mortar())) {
+      std::int64_t by_fr = 0;
+      std::int64_t by_rf = 0;
+      std::int64_t balance = 0;
+      for (const std::size_t at : component) {
+        by_fr += shape.values[at] != fr.values[at] ? 1 : 0;
+        by_rf += shape.values[at] != rf.values[at] ? 1 : 0;
+        balance += shape.values[at] != 0 ? 1 : -1;
+      }
+      bool takes_fr = by_fr < by_rf;
+      if (by_fr == by_rf && tie == TieRule::kSelfDual)
+        takes_fr = balance < 0 || (balance == 0 && shape.values[component.front()] == 0);
+      for (const std::size_t at : component) result.values[at] = (takes_fr ? fr : rf).values[at];
+    }
+    return result;
+  }
+};
 
 TEST(Mason, AgreesWithTheSlowTwin) {
   RunContext context;
+  int solid = 0;
   for (const Sample& sample : samples()) {
     const Index3 margin = ball_margin(sample.volume.frame.dims, sample.radius);
     const BitVolume shape = room_for(sample, false, context);
-    for (const TieRule tie : {TieRule::kPaper, TieRule::kSelfDual}) {
-      const BitVolume result = RegularFilters(shape, squared_reach(sample.radius), false, context).mason(tie);
-      ASSERT_EQ(expanded(result, sample.volume.frame, margin, context),
-                slow_mason(sample.volume, sample.radius, tie, context))
+    RegularFilters filters(shape, squared_reach(sample.radius), false, context);
+    const SlowMason slow(sample.volume, sample.radius);
+    const auto agrees = [&](const BitVolume& bits, const BinaryVolume& bytes) {
+      ASSERT_EQ(bits, packed(bytes, Index3::Zero(), false, context))
           << sample.volume.frame.dims.transpose() << " radius " << sample.radius;
-    }
+    };
+    ASSERT_EQ(slow.shape.frame.dims, Index3(sample.volume.frame.dims + 2 * margin));
+    agrees(filters.rounded(), slow.rounded);
+    agrees(filters.filleted(), slow.filleted);
+    agrees(filters.rf(), slow.rf);
+    agrees(filters.fr(), slow.fr);
+    for (const TieRule tie : {TieRule::kPaper, TieRule::kSelfDual}) agrees(filters.mason(tie), slow.mason(tie));
+    if (HasFatalFailure()) return;
+    const bool thick = sample.volume.frame.dims.minCoeff() > 10;
+    solid += thick && sample.radius >= 2 && count_set(filters.rounded(), context) > 1000 ? 1 : 0;
   }
+  EXPECT_GE(solid, 3);  // volumes of which rounding leaves something, and not only single balls
 }
 
 TEST(Mason, PapersRuleBreaksDualityOnTiesAndTheOtherDoesNot) {
@@ -216,13 +362,17 @@ TEST(Mason, LevelsAreTheRadiiFromCoarseToFine) {
   std::vector<std::string> names;
   for (const NamedVolume& named : result.volumes) {
     names.push_back(named.name + " " + std::to_string(named.level));
-    if (named.name != "result") continue;
-    const double radius = 3 - static_cast<double>(named.level);
-    EXPECT_EQ(std::get<BinaryVolume>(named.volume), slow_mason(volume, radius, TieRule::kPaper, context));
+    const SlowMason slow(volume, 3 - static_cast<double>(named.level));
+    const auto is = [&](const BinaryVolume& expected) {
+      EXPECT_EQ(std::get<BinaryVolume>(named.volume), resized(expected, volume.frame)) << names.back();
+    };
+    if (named.name == "result") is(slow.mason(TieRule::kPaper));
+    if (named.name == "core") is(slow.rounded);
+    if (named.name == "mortar") is(slow.mortar());
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"stability 0", "core 0", "mortar 0", "anticore 0", "result 0", "core 1",
-                                             "mortar 1", "anticore 1", "result 1", "core 2", "mortar 2", "anticore 2",
-                                             "result 2"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"stability 0", "first_mortar 0", "core 0", "mortar 0", "anticore 0",
+                                             "result 0", "core 1", "mortar 1", "anticore 1", "result 1", "core 2",
+                                             "mortar 2", "anticore 2", "result 2"}));
 }
 
 TEST(Mason, BallCubeIsClearedByFrAndMostlyKeptByMason) {

@@ -430,12 +430,75 @@ TEST(SquaredStability, StopsWhenItIsCancelled) {
   EXPECT_THROW(first_mortar(volume, default_stability_radii(), false, context), Cancelled);
 }
 
-TEST(StabilityRadii, AreSquareRoots) {
-  Grid<std::int32_t> squared(frame_of({4, 1, 1}));
-  squared.values = {0, 1, 2, 144};
-  const Grid<float> radii = stability_radii(squared);
+TEST(StabilityRadii, AreTheGreatestOfTheSameBall) {
+  // The balls of squared radii 0, 3, 8 and 143 are those of all radii below sqrt(1), sqrt(4), sqrt(9) and sqrt(144). A
+  // float has 24 bits, so below 1 the next one is 1 - 2^-24, below 2 it is 2 - 2^-23, from 2 to 4 they lie 2^-22 apart
+  // and from 8 to 16 2^-20.
+  Grid<std::int32_t> squared(frame_of({5, 1, 1}));
+  squared.values = {0, 3, 8, 143, 144};
+  const Grid<float> radii = stability_radii(squared, 12);
   EXPECT_EQ(radii.frame, squared.frame);
-  EXPECT_EQ(radii.values, (GridValues<float>{0.0F, 1.0F, static_cast<float>(std::sqrt(2.0)), 12.0F}));
+  EXPECT_EQ(radii.values, (GridValues<float>{1 - 0x1p-24F, 2 - 0x1p-23F, 3 - 0x1p-22F, 12 - 0x1p-20F, 12.0F}));
+  // Of 16 the greatest float below sqrt(17): the next one has a square above 17.
+  squared.values = {1, 2, 15, 16, 17};
+  const Grid<float> real = stability_radii(squared, 4.2);
+  const double greatest = static_cast<double>(real.values[3]);
+  const double next = static_cast<double>(std::nextafter(real.values[3], 5.0F));
+  EXPECT_LT(greatest * greatest, 17);  // exact in a double: 48 bits
+  EXPECT_GT(next * next, 17);
+  EXPECT_EQ(real.values[2], 4 - 0x1p-22F);
+  // Radii below 1 have balls of one voxel, which fit everywhere.
+  squared.values = {0, 0, 0, 0, 0};
+  EXPECT_EQ(stability_radii(squared, 0).values, (GridValues<float>{0, 0, 0, 0, 0}));
+  EXPECT_EQ(stability_radii(squared, 0.5).values, (GridValues<float>{0.5F, 0.5F, 0.5F, 0.5F, 0.5F}));
+  EXPECT_THROW(stability_radii(squared, -1), ParameterError);
+}
+
+TEST(StabilityRadii, AreBelowTheLargestWhereItsBallDoesNotFit) {
+  // As a float 4.2 is rounded down, 4.3 up, and sqrt(17), the least radius of its ball, down; 4.123105625 is so little
+  // below it that it has the same ball.
+  Grid<std::int32_t> squared(frame_of({2, 1, 1}));
+  for (const double largest : {1.5, 4.0, 4.2, 4.3, std::sqrt(17.0), std::sqrt(18.0), 4.123105625, 0.7, 1000.1}) {
+    const auto cap = static_cast<std::int32_t>(square_of(largest));
+    squared.values = {cap, cap - 1};
+    const Grid<float> radii = stability_radii(squared, largest);
+    EXPECT_GE(radii.values[0], static_cast<float>(largest)) << largest;
+    EXPECT_GE(static_cast<double>(radii.values[0]), largest);
+    EXPECT_LT(std::nextafter(radii.values[0], 0.0F), largest) << "the least such float";
+    if (cap == 0) continue;
+    EXPECT_LT(radii.values[1], static_cast<float>(largest)) << largest;
+    EXPECT_LT(static_cast<double>(radii.values[1]), largest);
+  }
+}
+
+TEST(StabilityRadii, ThatAreLessThanARealRadiusLieWithinItsMortar) {
+  // Squares that are integers and others, in one map of every largest radius.
+  RunContext context;
+  const std::vector<double> kRadii = {0.5, 1, 1.5, 2, 2.3, 3, 4, std::sqrt(17.0), 4.2};
+  int solids = 0;
+  std::int64_t irregular = 0;
+  for (const Case& c : random_cases(60)) {
+    if (!c.volume.frame.is_image() && solids++ % 5 != 0) continue;  // the twin takes its time
+    std::vector<BinaryVolume> mortars;
+    for (const double radius : kRadii) mortars.push_back(brute_force_mortar(c.volume, radius, c.outside));
+    for (const double largest : kRadii) {
+      const Grid<float> stability = stability_radii(squared_stability(c.volume, largest, c.outside, context), largest);
+      for (std::size_t r = 0; r < kRadii.size() && kRadii[r] <= largest; ++r) {
+        for (std::size_t v = 0; v < stability.values.size(); ++v) {
+          const bool less = static_cast<double>(stability.values[v]) < kRadii[r];
+          const bool less_as_float = stability.values[v] < static_cast<float>(kRadii[r]);
+          const bool in_mortar = mortars[r].values[v] != 0;
+          ASSERT_LE(less, in_mortar) << c.name << " radius " << kRadii[r] << " of " << largest;
+          ASSERT_LE(less_as_float, in_mortar) << c.name << " radius " << kRadii[r] << " of " << largest;
+          if (kRadii[r] != largest) continue;
+          ASSERT_EQ(less, in_mortar) << c.name << " radius " << largest;
+          ASSERT_EQ(less_as_float, in_mortar) << c.name << " radius " << largest;
+          irregular += in_mortar ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(irregular, 1000);
 }
 
 TEST(FirstMortar, AgreesWithTheMasks) {

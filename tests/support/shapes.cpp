@@ -1,5 +1,7 @@
 #include "tests/support/shapes.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 #include <utility>
@@ -31,6 +33,34 @@ BinaryVolume random_volume(const Index3& dims, double fill, std::uint64_t seed) 
   const auto threshold = static_cast<std::uint64_t>(fill * 1e6);
   for (std::uint8_t& value : volume.values) value = static_cast<std::uint8_t>(generator() % 1000000 < threshold);
   return volume;
+}
+
+BinaryVolume slow_dilation(const BinaryVolume& volume, double radius, bool outside) {
+  const auto margin = static_cast<std::int64_t>(std::ceil(radius));
+  const BinaryVolume wider = resized(volume, padded(volume.frame, margin), static_cast<std::uint8_t>(outside));
+  const std::int64_t depth = volume.frame.is_image() ? 0 : margin;
+  std::vector<std::int64_t> ball;  // how far its voxels lie from its centre among the values of `wider`
+  for (std::int64_t z = -depth; z <= depth; ++z)
+    for (std::int64_t y = -margin; y <= margin; ++y)
+      for (std::int64_t x = -margin; x <= margin; ++x)
+        if (static_cast<double>(x * x + y * y + z * z) <= radius * radius)
+          ball.push_back((z * wider.ny() + y) * wider.nx() + x);
+  BinaryVolume result(volume.frame);
+  for (std::int64_t k = 0; k < volume.nz(); ++k)
+    for (std::int64_t j = 0; j < volume.ny(); ++j)
+      for (std::int64_t i = 0; i < volume.nx(); ++i) {
+        const std::uint8_t* center = &wider(i + margin, j + margin, k + depth);
+        result(i, j, k) = std::ranges::any_of(ball, [&](std::int64_t offset) { return center[offset] != 0; });
+      }
+  return result;
+}
+
+BinaryVolume slow_erosion(const BinaryVolume& volume, double radius, bool outside) {
+  const auto turned = [](BinaryVolume all) {
+    for (std::uint8_t& value : all.values) value = static_cast<std::uint8_t>(1 - value);
+    return all;
+  };
+  return turned(slow_dilation(turned(volume), radius, !outside));
 }
 
 std::optional<std::filesystem::path> data_file(const std::string& name) {

@@ -24,6 +24,13 @@ GridFrame frame_of(const Index3& dims, const Point& origin = Point::Zero(), doub
 /// A volume whose voxels are interior with probability `fill`, the same for the same seed.
 BinaryVolume random_volume(const Index3& dims, double fill, std::uint64_t seed);
 
+/// Every voxel within `radius` of an interior one, by the definition of the ball: a disk on an image. Everything
+/// outside the grid is `outside`; the result is cut off at the grid's border.
+BinaryVolume slow_dilation(const BinaryVolume& volume, double radius, bool outside);
+
+/// Every interior voxel that is farther than `radius` from all others; likewise.
+BinaryVolume slow_erosion(const BinaryVolume& volume, double radius, bool outside);
+
 /// The file of DATA, or nothing when VOXCARVE_DATA is not set or the file is not there.
 std::optional<std::filesystem::path> data_file(const std::string& name);
 
