@@ -123,17 +123,6 @@ VOXCARVE_VECTORIZED void cover(const Byte* before, std::int64_t length, Byte* co
   }
 }
 
-/// Bit i of the result is set where bytes[i], which is 0 or 1, is 1.
-BitWord gather(const Byte* bytes) {
-  BitWord word = 0;
-  for (int byte = 0; byte < 8; ++byte) {
-    std::uint64_t eight;
-    std::memcpy(&eight, bytes + 8 * byte, sizeof(eight));
-    word |= (eight * 0x0102040810204080U >> 56) << 8 * byte;
-  }
-  return word;
-}
-
 VOXCARVE_VECTORIZED void make_flags(const Byte* covered, std::int64_t length, Byte* flags) {
   for (std::int64_t i = 0; i < length; ++i) flags[i] = covered[i] != 0;
 }
@@ -330,7 +319,7 @@ class BallSweep {
         const Byte* covered = down.data() + (j - first_row) * row_bytes_;
         for (std::int64_t w = 0; w < row_words_; ++w) {
           make_flags(covered + w * kWordBits, kWordBits, flags.data());
-          const BitWord word = gather(flags.data());
+          const BitWord word = gather_bits(flags.data());
           words[w] = (inverted_ ? ~word : word) & (w + 1 == row_words_ ? last_word_mask(dims_[0]) : kAllBits);
         }
       }

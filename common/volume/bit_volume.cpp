@@ -28,18 +28,6 @@ void expand_word(BitWord word, std::uint8_t* out) {
   for (std::size_t byte = 0; byte < 8; ++byte) std::memcpy(out + 8 * byte, kBytesOf[word >> 8 * byte & 0xff].data(), 8);
 }
 
-/// Eight bytes of 0 and 1 become eight bits, eight times.
-BitWord gather(const std::uint8_t* bytes) {
-  BitWord word = 0;
-  for (int byte = 0; byte < 8; ++byte) {
-    std::uint64_t eight;
-    std::memcpy(&eight, bytes + 8 * byte, sizeof(eight));
-    word |= (eight * 0x0102040810204080U >> 56)
-            << 8 * byte;  // collects the lowest bit of every byte in the highest one
-  }
-  return word;
-}
-
 /// Bits `first` ... `first` + 63 of a row of `row_words` words; those beyond it are 0.
 BitWord bits_from(const BitWord* row, std::int64_t row_words, std::int64_t first) {
   const std::int64_t w = first / kWordBits;
@@ -55,7 +43,7 @@ void pack_row(const std::uint8_t* bytes, std::int64_t nx, std::int64_t margin, b
   for (std::int64_t w = 0; w < row_words; ++w) {
     const std::int64_t from = w * kWordBits - margin;
     if (from >= 0 && from + kWordBits <= nx) {
-      row[w] = gather(bytes + from);
+      row[w] = gather_bits(bytes + from);
       continue;
     }
     std::array<std::uint8_t, kWordBits> part;
@@ -63,7 +51,7 @@ void pack_row(const std::uint8_t* bytes, std::int64_t nx, std::int64_t margin, b
     const std::int64_t begin = std::max<std::int64_t>(from, 0);
     const std::int64_t end = std::min(from + kWordBits, nx);
     if (begin < end) std::copy(bytes + begin, bytes + end, part.begin() + (begin - from));
-    row[w] = gather(part.data());
+    row[w] = gather_bits(part.data());
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 
 #include "common/run/context.h"
 #include "common/volume/grid.h"
@@ -36,6 +37,18 @@ constexpr BitWord spread(bool bit) {
 /// Bit i of the result is the parity of bits 0 ... i.
 constexpr BitWord prefix_parity(BitWord word) {
   for (int shift = 1; shift < kWordBits; shift *= 2) word ^= word << shift;
+  return word;
+}
+
+/// Bit i of the result is set where bytes[i], 0 or 1, is 1; of 64 bytes.
+inline BitWord gather_bits(const std::uint8_t* bytes) {
+  BitWord word = 0;
+  for (int byte = 0; byte < 8; ++byte) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes + 8 * byte, sizeof(eight));
+    word |= (eight * 0x0102040810204080U >> 56)
+            << 8 * byte;  // collects the lowest bit of every byte in the highest one
+  }
   return word;
 }
 

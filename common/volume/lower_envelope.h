@@ -39,10 +39,14 @@ class LowerEnvelope {
       const std::int32_t height = x * x + value;
       std::int32_t starts = begin;
       while (size_ > 0) {
-        starts = first_below(size_ - 1, x, height);
-        if (starts > start_[size_ - 1]) break;
+        const std::int32_t rise = height - height_[size_ - 1];
+        const std::int32_t run = x - apex_[size_ - 1];
+        // Asked by a product: a division is needed only for the one parabola that stays below this one.
+        if (rise >= 2 * run * start_[size_ - 1]) {
+          starts = first_below(rise, run);
+          break;
+        }
         --size_;  // it is nowhere the lowest any more
-        starts = begin;
       }
       if (starts >= end) continue;
       apex_[size_] = x;
@@ -65,13 +69,10 @@ class LowerEnvelope {
   }
 
  private:
-  /// First position at which the parabola with apex x lies strictly below the stack's t-th, whose apex is less; 0 or
-  /// less where it does so everywhere.
-  std::int32_t first_below(std::size_t t, std::int32_t x, std::int32_t height) const {
+  /// First position at which a parabola lies strictly below another one whose apex is `run` > 0 less and whose value
+  /// at 0 is `rise` >= 0 less.
+  static std::int32_t first_below(std::int32_t rise, std::int32_t run) {
     // (p - x)^2 + value < (p - a)^2 + value_a  <=>  p > (height - height_a) / (2 (x - a))
-    const std::int32_t rise = height - height_[t];
-    if (rise < 0) return 0;
-    const std::int32_t run = x - apex_[t];
     return (run == 1 ? rise / 2 : rise / (2 * run)) + 1;
   }
 
