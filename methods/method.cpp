@@ -28,6 +28,11 @@ std::string with_article(std::string_view noun) {
 
 }  // namespace
 
+LevelCounts LevelSequence::counts(std::int64_t index) const {
+  const TriangleSoup level = extract(index);
+  return {std::ssize(level.triangles), std::ssize(merge_equal_positions(level).positions)};
+}
+
 std::shared_ptr<const LevelSequence> make_levels(std::vector<TriangleSoup> coarse_to_fine) {
   return std::make_shared<StoredLevels>(std::move(coarse_to_fine));
 }
@@ -56,8 +61,11 @@ std::vector<InvariantCheck> Method::check_invariants(const Model& model, const P
   std::vector<InvariantCheck> checks;
   if (info().closed_manifold) {
     InvariantCheck check{"closed, oriented 2-manifold", true, ""};
-    for (std::int64_t level = 0; level < result.levels->size() && check.holds; ++level) {
+    const std::int64_t levels = result.levels->size();
+    const std::int64_t checked = std::min(levels, kCheckedLevels);
+    for (std::int64_t i = 0; i < checked && check.holds; ++i) {
       context.check_cancelled();
+      const std::int64_t level = checked == 1 ? 0 : i * (levels - 1) / (checked - 1);
       const SurfaceTopology topology = analyze_topology(result.levels->extract(level));
       check.holds = topology.closed && topology.oriented && topology.nonmanifold_vertices == 0;
       if (check.holds) continue;
@@ -65,6 +73,7 @@ std::vector<InvariantCheck> Method::check_invariants(const Model& model, const P
                      " boundary edges, " + std::to_string(topology.nonmanifold_edges) + " non-manifold edges, " +
                      std::to_string(topology.nonmanifold_vertices) + " non-manifold vertices";
     }
+    if (check.holds && checked > 1) check.detail = std::to_string(checked) + " of " + std::to_string(levels) + " levels";
     checks.push_back(std::move(check));
   }
   std::ranges::move(own_invariants(model, parameters, result, context), std::back_inserter(checks));

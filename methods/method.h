@@ -25,6 +25,7 @@ struct MethodInfo {
   std::vector<ModelKind> accepts;
   ParameterSchema parameters;
   bool closed_manifold = false;  ///< promises that every level is a closed, oriented 2-manifold
+  bool gives_stream = false;     ///< results hold a carving stream, that a stream file can take
   bool gives_volume = false;     ///< results hold a volume, that a volume file can take
   bool baseline = false;         ///< stands in tables to be compared with
 };
@@ -34,6 +35,12 @@ struct SkipReason {
   std::string text;
 };
 
+/// How large a level is.
+struct LevelCounts {
+  std::int64_t triangles = 0;
+  std::int64_t vertices = 0;  ///< distinct positions, not the copies that cutting to a manifold makes
+};
+
 /// An ordered sequence of surfaces from coarse to fine, extracted on demand.
 class LevelSequence {
  public:
@@ -41,6 +48,8 @@ class LevelSequence {
   virtual std::int64_t size() const = 0;
   /// Level `index` in [0, size()). May be called from several threads.
   virtual TriangleSoup extract(std::int64_t index) const = 0;
+  /// Counts of a level. The base extracts it.
+  virtual LevelCounts counts(std::int64_t index) const;
 };
 
 /// The levels of a method that makes them all at once.
@@ -85,10 +94,12 @@ class Method {
   /// the context's memory budget, MethodFailure when there is no result, and Cancelled.
   MethodResult run(const Model& model, const Parameters& parameters, RunContext& context) const;
 
-  /// Verifies what the method promises of a result of `run` with the same model and parameters: that every level is a
-  /// closed, oriented 2-manifold where info() says so, then the method's own invariants.
+  /// Verifies what the method promises of a result of `run` with the same model and parameters: that every level (of
+  /// more than kCheckedLevels, so many evenly spread ones with the first and the last) is a closed, oriented 2-manifold
+  /// where info() says so, then the method's own invariants.
   std::vector<InvariantCheck> check_invariants(const Model& model, const Parameters& parameters,
                                                const MethodResult& result, RunContext& context) const;
+  static constexpr std::int64_t kCheckedLevels = 64;
 
  protected:
   virtual std::optional<SkipReason> unsupported_shape(const Model& model, const Parameters& parameters) const;

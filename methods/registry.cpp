@@ -10,6 +10,7 @@
 #define VOXCARVE_METHODS(X) \
   X(make_nooruddin_turk)    \
   X(make_mason)             \
+  X(make_hagbi_elsana)      \
   X(make_identity)          \
   X(make_qslim)             \
   X(make_dilate)            \
@@ -20,6 +21,8 @@
   X(make_fillet)            \
   X(make_rf)                \
   X(make_fr)                \
+  X(make_pair_collapse)     \
+  X(make_vertex_clustering) \
   X(make_alpha_wrap)
 
 namespace voxcarve {

@@ -18,6 +18,15 @@ std::string format_bytes(std::uint64_t bytes) {
   return std::string(text.data(), end.ptr) + " " + std::string(kUnits[unit]);
 }
 
+std::string with_thousands(std::int64_t value) {
+  std::string digits = std::to_string(value);
+  const std::ptrdiff_t first = value < 0 ? 1 : 0;
+  for (auto position = static_cast<std::ptrdiff_t>(digits.size()) - 3; position > first; position -= 3) {
+    digits.insert(static_cast<std::size_t>(position), 1, ',');
+  }
+  return digits;
+}
+
 std::string format_real(double value) {
   std::array<char, 40> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value);

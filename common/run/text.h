@@ -15,6 +15,9 @@ std::string format_bytes(std::uint64_t bytes);
 /// The shortest decimal text that reads back as the same double, the same on every machine ("0.1", "1e-12").
 std::string format_real(double value);
 
+/// "1234567" as "1,234,567".
+std::string with_thousands(std::int64_t value);
+
 /// The candidate with the smallest edit distance to `name`, or "" when none is within a third of its length (at least
 /// 2).
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);

@@ -22,6 +22,9 @@ using Byte = std::uint8_t;
 using Square = std::uint16_t;
 
 constexpr std::int64_t kTile = 32;  ///< voxels of a row that are treated together
+/// Rows of a slice are treated together up to this size, but no fewer than four radii: each band also counts a radius
+/// of rows on either side, without which it would have to wait for its neighbours.
+constexpr std::int64_t kBandBytes = 1 << 19;
 /// Squares of a tile, as two registers of the widest kind.
 using Lanes [[gnu::vector_size(32)]] = Square;
 constexpr std::int64_t kLanes = kTile / 2;
@@ -123,6 +126,14 @@ VOXCARVE_VECTORIZED void cover(const Byte* before, std::int64_t length, Byte* co
   }
 }
 
+/// The same backwards: what `down` carries is what the next slice covers.
+VOXCARVE_VECTORIZED void cover_down(const Byte* slice, std::int64_t bytes, Byte* down) {
+  for (std::int64_t i = 0; i < bytes; ++i) {
+    const auto carried = static_cast<Byte>(down[i] - (down[i] != 0));
+    down[i] = carried > slice[i] ? carried : slice[i];
+  }
+}
+
 VOXCARVE_VECTORIZED void make_flags(const Byte* covered, std::int64_t length, Byte* flags) {
   for (std::int64_t i = 0; i < length; ++i) flags[i] = covered[i] != 0;
 }
@@ -150,6 +161,7 @@ class BallSweep {
         far_(static_cast<Byte>(radius_ + 1)),
         block_(block_slices(radius_)),
         ring_(std::min(dims_[2], block_ + radius_)),
+        band_(std::min(dims_[1], std::max(kBandBytes / row_bytes_, std::max<std::int64_t>(4 * radius_, 1)))),
         covered_(static_cast<std::size_t>(ring_ * dims_[1] * row_bytes_)),
         limits_(static_cast<std::size_t>(radius_ + 1)),
         covers_(static_cast<std::size_t>((radius_ + 1) * (radius_ + 1) + 1)) {
@@ -163,16 +175,24 @@ class BallSweep {
   BitVolume run(RunContext& context) {
     BitVolume result(dims_);
     std::int64_t known = 0;  // slices whose cover is in the ring, carried on from below
-    std::vector<Byte> carried(static_cast<std::size_t>(dims_[1] * row_bytes_), outside_cover());
+    GridValues<Byte> carried(static_cast<std::size_t>(carried_bytes(dims_)));
+    const std::int64_t bands = (dims_[1] + band_ - 1) / band_;
+    const std::int64_t rows = std::max<std::int64_t>(1, (1 << 14) / row_bytes_);
     for (std::int64_t begin = 0; begin < dims_[2]; begin += block_) {
       const std::int64_t end = std::min(begin + block_, dims_[2]);
       const std::int64_t wanted = std::min(end + radius_, dims_[2]);
-      parallel_for(context, known, wanted, 1, [&](std::int64_t first, std::int64_t last) {
-        for (std::int64_t k = first; k < last; ++k) cover_within_slice(k);
+      parallel_for(context, known * bands, wanted * bands, 1, [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t band = first; band < last; ++band) {
+          const std::int64_t row = band % bands * band_;
+          cover_within_slice(band / bands, row, std::min(row + band_, dims_[1]), context);
+        }
       });
-      const std::int64_t rows = std::max<std::int64_t>(1, (1 << 14) / row_bytes_);
       parallel_for(context, 0, dims_[1], rows, [&](std::int64_t first, std::int64_t last) {
-        sweep(first, last, known, begin, end, wanted, carried, result);
+        if (dims_[2] == 1) {
+          for (std::int64_t j = first; j < last; ++j) write(row(j, 0), result.row(j, 0));
+        } else {
+          sweep(first, last, known, begin, end, wanted, carried, result);
+        }
       });
       known = wanted;
     }
@@ -182,12 +202,18 @@ class BallSweep {
   static std::uint64_t memory(const Index3& dims, std::int64_t squared_reach) {
     const auto radius = static_cast<std::int64_t>(std::sqrt(static_cast<double>(squared_reach) + 0.5));
     const std::int64_t ring = std::min(dims[2], block_slices(radius) + radius);
-    return BitVolume::memory(dims) + static_cast<std::uint64_t>((ring + 1) * dims[1] * words_for(dims[0]) * kWordBits);
+    return BitVolume::memory(dims) +
+           static_cast<std::uint64_t>(ring * dims[1] * words_for(dims[0]) * kWordBits + carried_bytes(dims));
   }
 
  private:
   /// Slices of the result that are made between two waits for all threads.
   static std::int64_t block_slices(std::int64_t radius) { return std::max<std::int64_t>(16, radius); }
+
+  /// Of a slice; an image has no other that it could cover.
+  static std::int64_t carried_bytes(const Index3& dims) {
+    return dims[2] == 1 ? 0 : dims[1] * words_for(dims[0]) * kWordBits;
+  }
 
   Byte* row(std::int64_t j, std::int64_t k) { return covered_.data() + (k % ring_ * dims_[1] + j) * row_bytes_; }
 
@@ -201,7 +227,7 @@ class BallSweep {
 
   /// Buffers of one thread.
   struct Rows {
-    std::vector<Byte> count;     ///< final distances along y of the row behind
+    std::vector<Byte> count;     ///< distances along y of the row before or behind
     std::vector<Byte> keep;      ///< 0 at features, else 255
     std::vector<char> occupied;  ///< of every tile: whether a feature is within reach along y
     std::vector<Square> squares;
@@ -219,40 +245,66 @@ class BallSweep {
     return rows;
   }
 
-  void cover_within_slice(std::int64_t k) {
-    std::unique_ptr<Rows> rows = pool_.take([this] { return make_rows(); });
-    bool empty = !features_.outside;
-    for (std::int64_t j = 0; empty && j < dims_[1]; ++j) {
-      const BitWord* words = volume_.row(j, k);
-      for (std::int64_t w = 0; empty && w < row_words_; ++w) empty = feature_word(words[w], w) == 0;
+  /// Fills `keep` for row (j, k).
+  void find_features(std::int64_t j, std::int64_t k, Byte* keep) const {
+    const BitWord* words = volume_.row(j, k);
+    for (std::int64_t w = 0; w < row_words_; ++w) {
+      const BitWord word = feature_word(words[w], w);
+      for (int byte = 0; byte < 8; ++byte)
+        std::memcpy(keep + w * kWordBits + 8 * byte, kKeepOf[word >> 8 * byte & 0xff].data(), 8);
     }
-    if (empty) {
-      std::memset(row(0, k), 0, static_cast<std::size_t>(dims_[1] * row_bytes_));
+  }
+
+  bool has_features(std::int64_t first_row, std::int64_t last_row, std::int64_t k) const {
+    for (std::int64_t j = first_row; j < last_row; ++j) {
+      const BitWord* words = volume_.row(j, k);
+      for (std::int64_t w = 0; w < row_words_; ++w) {
+        if (feature_word(words[w], w) != 0) return true;
+      }
+    }
+    return false;
+  }
+
+  /// What rows first_row <= j < last_row of slice k cover. Rows out of their reach do not matter, so that bands of rows
+  /// need not wait for one another.
+  void cover_within_slice(std::int64_t k, std::int64_t first_row, std::int64_t last_row, const RunContext& context) {
+    std::unique_ptr<Rows> rows = pool_.take([this] { return make_rows(); });
+    const std::int64_t above = std::max<std::int64_t>(first_row - radius_, 0);
+    const std::int64_t below = std::min(last_row + radius_, dims_[1]);
+    if (features_.outside || has_features(above, below, k)) {
+      cover_occupied_band(k, first_row, last_row, above, below, *rows, context);
     } else {
-      cover_occupied_slice(k, *rows);
+      std::memset(row(first_row, k), 0, static_cast<std::size_t>((last_row - first_row) * row_bytes_));
     }
     pool_.give(std::move(rows));
   }
 
-  void cover_occupied_slice(std::int64_t k, Rows& rows) {
-    std::ranges::fill(rows.count, features_.outside ? Byte{0} : far_);
-    const Byte* before = rows.count.data();
-    for (std::int64_t j = 0; j < dims_[1]; ++j) {
-      const BitWord* words = volume_.row(j, k);
-      for (std::int64_t w = 0; w < row_words_; ++w) {
-        const BitWord word = feature_word(words[w], w);
-        for (int byte = 0; byte < 8; ++byte) {
-          std::memcpy(rows.keep.data() + w * kWordBits + 8 * byte, kKeepOf[word >> 8 * byte & 0xff].data(), 8);
-        }
-      }
-      count_on(before, rows.keep.data(), far_, row_bytes_, row(j, k));
+  /// The same where a row of `above` <= j < `below` holds a feature.
+  void cover_occupied_band(std::int64_t k, std::int64_t first_row, std::int64_t last_row, std::int64_t above,
+                           std::int64_t below, Rows& rows, const RunContext& context) {
+    Byte* const count = rows.count.data();
+    const auto start_from = [&](bool border) {
+      std::ranges::fill(rows.count, border && features_.outside ? Byte{0} : far_);
+    };
+    const auto count_row = [&](std::int64_t j, const Byte* before, Byte* counts) {
+      context.check_cancelled();
+      find_features(j, k, rows.keep.data());
+      count_on(before, rows.keep.data(), far_, row_bytes_, counts);
+    };
+    start_from(above == 0);
+    for (std::int64_t j = above; j < first_row; ++j) count_row(j, count, count);
+    const Byte* before = count;
+    for (std::int64_t j = first_row; j < last_row; ++j) {
+      count_row(j, before, row(j, k));
       before = row(j, k);
     }
-    std::ranges::fill(rows.count, features_.outside ? Byte{0} : far_);
-    for (std::int64_t j = dims_[1] - 1; j >= 0; --j) {
+    start_from(below == dims_[1]);
+    for (std::int64_t j = below - 1; j >= last_row; --j) count_row(j, count, count);
+    for (std::int64_t j = last_row - 1; j >= first_row; --j) {
+      context.check_cancelled();
       Byte* counts = row(j, k);
-      count_back(rows.count.data(), row_bytes_, counts);
-      std::memcpy(rows.count.data(), counts, static_cast<std::size_t>(row_bytes_));
+      count_back(count, row_bytes_, counts);
+      std::memcpy(count, counts, static_cast<std::size_t>(row_bytes_));
       // Past the row's end there is nothing, or a feature at once.
       std::memset(counts + dims_[0], far_, static_cast<std::size_t>(row_bytes_ - dims_[0]));
       cover_within_row(counts, rows);
@@ -302,31 +354,32 @@ class BallSweep {
 
   /// Carries what slices cover upward through the new ones, then down again through the block, whose result it writes.
   void sweep(std::int64_t first_row, std::int64_t last_row, std::int64_t known, std::int64_t begin, std::int64_t end,
-             std::int64_t wanted, std::vector<Byte>& carried, BitVolume& result) {
+             std::int64_t wanted, GridValues<Byte>& carried, BitVolume& result) {
     const std::int64_t bytes = (last_row - first_row) * row_bytes_;
     Byte* running = carried.data() + first_row * row_bytes_;
+    if (begin == 0) std::fill_n(running, bytes, outside_cover());
     for (std::int64_t k = known; k < wanted; ++k) {
       cover(running, bytes, row(first_row, k));
       std::memcpy(running, row(first_row, k), static_cast<std::size_t>(bytes));
     }
     std::vector<Byte> down(static_cast<std::size_t>(bytes), wanted == dims_[2] ? outside_cover() : Byte{0});
-    std::array<Byte, kWordBits> flags;
     for (std::int64_t k = wanted - 1; k >= begin; --k) {
       cover_down(row(first_row, k), bytes, down.data());
       if (k >= end) continue;
-      for (std::int64_t j = first_row; j < last_row; ++j) {
-        BitWord* words = result.row(j, k);
-        const Byte* covered = down.data() + (j - first_row) * row_bytes_;
-        for (std::int64_t w = 0; w < row_words_; ++w) {
-          make_flags(covered + w * kWordBits, kWordBits, flags.data());
-          const BitWord word = gather_bits(flags.data());
-          words[w] = (inverted_ ? ~word : word) & (w + 1 == row_words_ ? last_word_mask(dims_[0]) : kAllBits);
-        }
-      }
+      for (std::int64_t j = first_row; j < last_row; ++j)
+        write(down.data() + (j - first_row) * row_bytes_, result.row(j, k));
     }
   }
 
-  static void cover_down(const Byte* slice, std::int64_t bytes, Byte* down);
+  /// A row of the result, from what covers its voxels.
+  void write(const Byte* covered, BitWord* words) const {
+    std::array<Byte, kWordBits> flags;
+    for (std::int64_t w = 0; w < row_words_; ++w) {
+      make_flags(covered + w * kWordBits, kWordBits, flags.data());
+      const BitWord word = gather_bits(flags.data());
+      words[w] = (inverted_ ? ~word : word) & (w + 1 == row_words_ ? last_word_mask(dims_[0]) : kAllBits);
+    }
+  }
 
   const BitVolume& volume_;
   Features features_;
@@ -339,6 +392,7 @@ class BallSweep {
   Byte far_;  ///< the count that stands for farther than the radius
   std::int64_t block_;
   std::int64_t ring_;         ///< slices that are held at once
+  std::int64_t band_;         ///< rows of a slice that are treated together
   GridValues<Byte> covered_;  ///< of each voxel: how far along z it covers, plus one
   /// What a squared distance in the slice may be, to cover this voxel and 0, 1, 2, ... before and behind it.
   std::vector<Square> limits_;
@@ -346,21 +400,11 @@ class BallSweep {
   WorkspacePool<Rows> pool_;
 };
 
-VOXCARVE_VECTORIZED void take_cover(const Byte* slice, std::int64_t bytes, Byte* down) {
-  for (std::int64_t i = 0; i < bytes; ++i) {
-    const auto carried = static_cast<Byte>(down[i] - (down[i] != 0));
-    down[i] = carried > slice[i] ? carried : slice[i];
-  }
-}
-
-void BallSweep::cover_down(const Byte* slice, std::int64_t bytes, Byte* down) {
-  take_cover(slice, bytes, down);
-}
-
 }  // namespace
 
 BitVolume within_reach(const BitVolume& volume, const Features& features, std::int64_t squared_reach, bool inverted,
                        RunContext& context) {
+  if (volume.dims().prod() == 0) return BitVolume(volume.dims());
   return BallSweep(volume, features, squared_reach, inverted).run(context);
 }
 

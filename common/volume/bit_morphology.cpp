@@ -6,22 +6,32 @@
 #include "common/run/errors.h"
 #include "common/volume/ball_sweep.h"
 #include "common/volume/distance_transform.h"
+#include "common/volume/grid_passes.h"
 
 namespace voxcarve {
 
 namespace {
 
+/// The grid that `within_far_reach` works on: the nearest feature outside a grid is always next to it, so that a layer
+/// of them stands for all.
+GridFrame far_frame(const Index3& dims, bool features_outside) {
+  GridFrame frame;
+  frame.dims = dims;
+  return padded(frame, features_outside ? 1 : 0);
+}
+
 /// `within_reach` for every reach: by a whole distance transform, which is what far reaches take.
 BitVolume within_far_reach(const BitVolume& volume, const Features& features, std::int64_t reach, bool inverted,
                            RunContext& context) {
-  GridFrame frame;
-  frame.dims = volume.dims();
-  // The nearest feature outside the grid is always next to it, so a layer of them stands for all.
-  const GridFrame wider = padded(frame, features.outside ? 1 : 0);
+  const GridFrame frame = far_frame(volume.dims(), false);
+  const GridFrame wider = far_frame(volume.dims(), features.outside);
   const Index3 margin = (wider.dims - frame.dims) / 2;
-  const BinaryVolume bytes =
-      resized(expanded(volume, frame, context), wider, static_cast<std::uint8_t>(features.value));
-  const Grid<std::int32_t> distance = squared_distance(bytes, static_cast<std::uint8_t>(features.value), context);
+  const auto value = static_cast<std::uint8_t>(features.value);
+  Grid<std::int32_t> distance;
+  {
+    const BinaryVolume bytes = resized(expanded(volume, frame, context), wider, value, context);
+    distance = squared_distance(bytes, value, context);
+  }
   BitVolume result(volume.dims());
   for_each_row(result, context, [&](BitWord* row, std::int64_t row_words, std::int64_t j, std::int64_t k) {
     const std::int32_t* squared = distance.values.data() + distance.index(margin[0], j + margin[1], k + margin[2]);
@@ -36,13 +46,8 @@ BitVolume within_far_reach(const BitVolume& volume, const Features& features, st
 
 BitVolume reached(const BitVolume& volume, const Features& features, std::int64_t reach, bool inverted,
                   RunContext& context) {
-  const auto swept = reach <= kLargestSweptReach;
-  constexpr std::uint64_t kBytesPerVoxel = sizeof(std::int32_t) + 3;
-  context.require_memory(
-      BitVolume::memory(volume.dims()) + (swept ? within_reach_memory(volume.dims(), reach)
-                                                : static_cast<std::uint64_t>(volume.dims().prod()) * kBytesPerVoxel),
-      "morphology");
-  return (swept ? within_reach : within_far_reach)(volume, features, reach, inverted, context);
+  context.require_memory(BitVolume::memory(volume.dims()) + morphology_memory(volume.dims(), reach), "morphology");
+  return (reach <= kLargestSweptReach ? within_reach : within_far_reach)(volume, features, reach, inverted, context);
 }
 
 }  // namespace
@@ -57,6 +62,13 @@ std::int64_t squared_reach(double distance) {
 Index3 ball_margin(const Index3& dims, double distance) {
   const auto margin = static_cast<std::int64_t>(std::ceil(distance));
   return {margin, margin, dims[2] == 1 ? 0 : margin};
+}
+
+std::uint64_t morphology_memory(const Index3& dims, std::int64_t reach) {
+  if (reach <= kLargestSweptReach) return within_reach_memory(dims, reach);
+  // A distance transform and the bytes that it is made of, which go before the result comes.
+  const auto voxels = static_cast<std::uint64_t>(far_frame(dims, true).voxels());
+  return voxels * (sizeof(std::int32_t) + 1);
 }
 
 BitVolume dilate(const BitVolume& volume, std::int64_t reach, bool outside, RunContext& context) {

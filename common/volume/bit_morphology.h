@@ -19,8 +19,13 @@ Index3 ball_margin(const Index3& dims, double distance);
 // The ball {|x|^2 <= reach}, in voxels. Everything outside the grid is `outside`: false for a solid, true for the
 // complement of one. Results lie on the grid of `volume`, cut off at its border: for what may grow beyond it, pad first
 // (`packed`). An opening never does where the outside is false, and a closing of a volume padded by the ball neither.
-// Each holds two volumes of bits at once beside the caller's, and as many slices of bytes as twice the radius or 16
-// more, up to a radius of 180 voxels; beyond that 7 bytes a voxel.
+// What they hold is told by `morphology_memory`; they throw ResourceError when that and their argument exceed the
+// memory budget, or beyond a radius of 180 voxels a side 26,752 voxels.
+
+/// Bytes that dilating or eroding a volume of these dimensions holds at once beside it, the result among them: up to a
+/// radius of 180 voxels one volume of bits and as many slices of bytes as twice the radius or 17 more, beyond that 5
+/// bytes a voxel of a grid with a layer of voxels around it. Opening and closing hold another volume of bits.
+std::uint64_t morphology_memory(const Index3& dims, std::int64_t reach);
 
 /// The voxels within the ball's reach of a set one.
 BitVolume dilate(const BitVolume& volume, std::int64_t reach, bool outside, RunContext& context);

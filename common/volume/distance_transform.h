@@ -13,8 +13,9 @@ namespace voxcarve {
 inline constexpr std::int32_t kInfiniteDistance = std::numeric_limits<std::int32_t>::max();
 
 /// Squared Euclidean distance in voxels from every voxel centre to the nearest feature voxel's centre: the voxels with
-/// value `feature` (0 or 1). Features outside the grid are not seen; pad first where they matter. Exact in integers for
-/// grids up to 26,754 voxels a side. Separable lower envelopes of parabolas, one axis after the other [MRH00]: linear
+/// value `feature` (0 or 1). Features outside the grid are not seen; pad first where they matter. Exact in integers.
+/// Throws ResourceError when a side is longer than 26,754 voxels or the result and `volume`, 5 bytes a voxel together,
+/// exceed the memory budget. Separable lower envelopes of parabolas, one axis after the other [MRH00]: linear
 /// in the number of voxels.
 Grid<std::int32_t> squared_distance(const BinaryVolume& volume, std::uint8_t feature, RunContext& context);
 
@@ -23,7 +24,7 @@ Grid<std::int32_t> squared_distance(const BinaryVolume& volume, std::uint8_t fea
 /// less than the exact distance, and at about one voxel in a thousand a little more: in the plane up to 6 - sqrt(32) =
 /// 0.343 voxels where three features lie just so (the papers' 0.29 holds for far away features only), in space the
 /// largest error found is sqrt(54) - sqrt(48) = 0.420. Strictly sequential, so on one thread. Takes grids of up to
-/// 26,754 voxels a side and 2^32 - 1 in all, and holds 4 bytes a voxel.
+/// 26,754 voxels a side and 2^32 - 1 in all, beyond which it throws ResourceError, and holds 4 bytes a voxel.
 Grid<std::int32_t> squared_distance_4sed(const BinaryVolume& volume, std::uint8_t feature, RunContext& context);
 
 /// The map that morphology thresholds.

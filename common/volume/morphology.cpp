@@ -7,10 +7,13 @@
 #include <string_view>
 
 #include "common/volume/bit_morphology.h"
+#include "common/volume/grid_passes.h"
 
 namespace voxcarve {
 
 namespace {
+
+constexpr std::uint8_t kOutside = 0;  ///< of a grid: exterior
 
 /// What a step by Danielsson's map on `voxels` padded voxels holds at its peak: the map, the padded volume, and the
 /// volumes that the caller and its caller still hold.
@@ -22,8 +25,11 @@ void require_4sed_step(std::int64_t voxels, std::string_view what, RunContext& c
 /// Makes a volume 1 where Danielsson's squared distance to the nearest `feature` is at most `reach`, else 0.
 BinaryVolume within_4sed(BinaryVolume volume, std::uint8_t feature, std::int64_t reach, RunContext& context) {
   const Grid<std::int32_t> distance = squared_distance_4sed(volume, feature, context);
-  std::ranges::transform(distance.values, volume.values.begin(), [reach](std::int32_t squared) {
-    return static_cast<std::uint8_t>(squared != kInfiniteDistance && squared <= reach);
+  parallel_for(context, 0, volume.frame.voxels(), kVoxelsPerPass, [&](std::int64_t begin, std::int64_t end) {
+    std::transform(distance.values.begin() + begin, distance.values.begin() + end, volume.values.begin() + begin,
+                   [reach](std::int32_t squared) {
+                     return static_cast<std::uint8_t>(squared != kInfiniteDistance && squared <= reach);
+                   });
   });
   return volume;
 }
@@ -31,16 +37,20 @@ BinaryVolume within_4sed(BinaryVolume volume, std::uint8_t feature, std::int64_t
 BinaryVolume dilate_4sed(const BinaryVolume& volume, double distance, RunContext& context) {
   const GridFrame frame = padded(volume.frame, static_cast<std::int64_t>(std::ceil(distance)));
   require_4sed_step(frame.voxels(), "the dilation", context);
-  return within_4sed(resized(volume, frame), 1, squared_reach(distance), context);
+  return within_4sed(resized(volume, frame, kOutside, context), 1, squared_reach(distance), context);
 }
 
 BinaryVolume erode_4sed(const BinaryVolume& volume, double distance, RunContext& context) {
   // One layer of exterior is enough: the nearest exterior voxel beyond the grid is always next to it.
   const GridFrame frame = padded(volume.frame, 1);
   require_4sed_step(frame.voxels(), "the erosion", context);
-  BinaryVolume near_exterior = within_4sed(resized(volume, frame), 0, squared_reach(distance), context);
-  for (std::uint8_t& value : near_exterior.values) value = static_cast<std::uint8_t>(1 - value);
-  return resized(near_exterior, volume.frame);
+  BinaryVolume near_exterior =
+      within_4sed(resized(volume, frame, kOutside, context), 0, squared_reach(distance), context);
+  parallel_for(context, 0, frame.voxels(), kVoxelsPerPass, [&](std::int64_t begin, std::int64_t end) {
+    for (auto at = static_cast<std::size_t>(begin); at < static_cast<std::size_t>(end); ++at)
+      near_exterior.values[at] = static_cast<std::uint8_t>(1 - near_exterior.values[at]);
+  });
+  return resized(near_exterior, volume.frame, kOutside, context);
 }
 
 BitVolume bits_of(const BinaryVolume& volume, const Index3& margin, RunContext& context) {
@@ -73,7 +83,8 @@ BinaryVolume erode(const BinaryVolume& volume, double distance, RunContext& cont
 BinaryVolume open(const BinaryVolume& volume, double distance, RunContext& context, DistanceMap map) {
   const std::int64_t reach = squared_reach(distance);
   if (map == DistanceMap::kDanielsson4sed) {
-    return resized(dilate_4sed(erode_4sed(volume, distance, context), distance, context), volume.frame);
+    return resized(dilate_4sed(erode_4sed(volume, distance, context), distance, context), volume.frame, kOutside,
+                   context);
   }
   const BitVolume result = open(bits_of(volume, Index3::Zero(), context), reach, false, context);
   return bytes_of(result, volume.frame, Index3::Zero(), context);
@@ -82,7 +93,8 @@ BinaryVolume open(const BinaryVolume& volume, double distance, RunContext& conte
 BinaryVolume close(const BinaryVolume& volume, double distance, RunContext& context, DistanceMap map) {
   const std::int64_t reach = squared_reach(distance);
   if (map == DistanceMap::kDanielsson4sed) {
-    return resized(erode_4sed(dilate_4sed(volume, distance, context), distance, context), volume.frame);
+    return resized(erode_4sed(dilate_4sed(volume, distance, context), distance, context), volume.frame, kOutside,
+                   context);
   }
   const Index3 margin = ball_margin(volume.frame.dims, distance);
   const BitVolume result = close(bits_of(volume, margin, context), reach, false, context);

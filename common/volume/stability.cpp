@@ -15,7 +15,6 @@
 
 #include "common/run/errors.h"
 #include "common/volume/ball_painter.h"
-#include "common/volume/ball_sweep.h"
 #include "common/volume/bit_morphology.h"
 #include "common/volume/bit_volume.h"
 #include "common/volume/distance_transform.h"
@@ -163,8 +162,9 @@ std::int64_t squared_distance_to_grid(const Index3& center, const Index3& dims) 
 }
 
 /// The balls below the cap that may matter to a grid of `dims` within the one of `reaches`, from the largest to the
-/// smallest; none of a single voxel. `reaches` is no longer needed then, and let go.
-std::vector<Ball> needed_balls(Grid<std::int32_t> reaches, const Index3& dims, std::int32_t cap, RunContext& context) {
+/// smallest; none of a single voxel. `reaches` is no longer needed then, and let go. `held` are the caller's bytes.
+std::vector<Ball> needed_balls(Grid<std::int32_t> reaches, const Index3& dims, std::int32_t cap, std::uint64_t held,
+                               RunContext& context) {
   const Index3 margin = (reaches.frame.dims - dims) / 2;
   BitVolume needed(Index3::Zero());
   {
@@ -191,9 +191,9 @@ std::vector<Ball> needed_balls(Grid<std::int32_t> reaches, const Index3& dims, s
     }
   };
   // Beside the balls: what is here, and the result with its blank voxels.
-  const std::uint64_t held = reaches.values.size() * sizeof(std::int32_t) + BitVolume::memory(reaches.frame.dims) +
-                             static_cast<std::uint64_t>(dims.prod()) * kBytesPerVoxel +
-                             static_cast<std::uint64_t>(cap) * sizeof(std::size_t);
+  held += reaches.values.size() * sizeof(std::int32_t) + BitVolume::memory(reaches.frame.dims) +
+          static_cast<std::uint64_t>(dims.prod()) * kBytesPerVoxel +
+          static_cast<std::uint64_t>(cap) * sizeof(std::size_t);
   context.require_memory(held, "the stability map's balls");
   std::vector<std::size_t> place(static_cast<std::size_t>(cap), 0);  // of the next ball of every squared radius
   visit([&](const Index3&, std::int32_t reach) { ++place[static_cast<std::size_t>(reach)]; });
@@ -217,11 +217,11 @@ std::vector<Ball> needed_balls(Grid<std::int32_t> reaches, const Index3& dims, s
 /// Paints `balls`, which come from the largest to the smallest and lie about voxels of `frame`. Most of them hold
 /// nothing that a larger one does not: so before each round all that hold no blank voxel are dropped.
 void paint_in_rounds(const std::vector<Ball>& balls, const GridFrame& frame, BitVolume& blank,
-                     Grid<std::int32_t>& result, RunContext& context) {
+                     Grid<std::int32_t>& result, std::uint64_t held, RunContext& context) {
   constexpr std::int64_t kVoxelsPerBall = 20;  // where a round's distances cost about as much as its painting
   const auto round = static_cast<std::size_t>(frame.voxels() / kVoxelsPerBall + 1);
   const Index3 margin = (frame.dims - result.frame.dims) / 2;
-  context.require_memory((balls.size() + std::min(balls.size(), round)) * sizeof(Ball) +
+  context.require_memory(held + (balls.size() + std::min(balls.size(), round)) * sizeof(Ball) +
                              kBytesPerVoxel * static_cast<std::uint64_t>(frame.voxels() + 2 * result.frame.voxels()) +
                              paint_balls_memory(result.frame.dims, balls.empty() ? 0 : balls.front().reach),
                          "the stability map's balls");
@@ -274,14 +274,20 @@ BitVolume mortar(const BitVolume& bits, std::int64_t reach, bool outside, RunCon
 
 }  // namespace
 
-Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest, bool outside, RunContext& context) {
+Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest, bool outside, RunContext& context,
+                                     std::uint64_t held) {
   const auto cap = static_cast<std::int32_t>(squared_reach(largest));
   if (cap == 0 || volume.frame.voxels() == 0) return Grid<std::int32_t>(volume.frame);
   const auto margin = static_cast<std::int64_t>(std::ceil(largest));
   const GridFrame frame = padded(volume.frame, margin);
+  const auto voxels = static_cast<std::uint64_t>(frame.voxels());
+  context.require_memory(held +
+                             kBytesPerVoxel * (voxels + static_cast<std::uint64_t>(padded(volume.frame, 1).voxels())) +
+                             NeighborBalls::memory(cap),
+                         "the stability map");
+  // Where the largest ball fits: reaches, the centers of such balls, and their dilation in the making.
   context.require_memory(
-      kBytesPerVoxel * static_cast<std::uint64_t>(frame.voxels() + padded(volume.frame, 1).voxels()) +
-          NeighborBalls::memory(cap),
+      held + voxels * sizeof(std::int32_t) + BitVolume::memory(frame.dims) + morphology_memory(frame.dims, cap),
       "the stability map");
   Grid<std::int32_t> reaches = fitting_reaches(volume, frame, cap, outside, context);
 
@@ -300,13 +306,18 @@ Grid<std::int32_t> squared_stability(const BinaryVolume& volume, double largest,
         return !done;
       });
   settled = BitVolume();
-  const std::vector<Ball> balls = needed_balls(std::move(reaches), volume.frame.dims, cap, context);
-  paint_in_rounds(balls, frame, blank, result, context);
+  const std::vector<Ball> balls = needed_balls(std::move(reaches), volume.frame.dims, cap, held, context);
+  paint_in_rounds(balls, frame, blank, result, held, context);
   return result;
 }
 
-Grid<float> stability_radii(const Grid<std::int32_t>& squared, double largest) {
-  const std::int64_t cap = squared_reach(largest);
+Grid<float> stability_radii(const Grid<std::int32_t>& squared, double largest, RunContext& context,
+                            std::uint64_t held) {
+  const auto cap = static_cast<std::int32_t>(squared_reach(largest));
+  constexpr std::int32_t kLargestTable = 1 << 16;
+  const std::size_t known = cap <= kLargestTable ? static_cast<std::size_t>(cap) : 0;  // radii that are tabulated
+  context.require_memory(held + squared.values.size() * (sizeof(std::int32_t) + sizeof(float)) + known * sizeof(float),
+                         "stability radii");
   // A threshold at the largest radius may come as a double or rounded to a float, in either direction: the value where
   // its ball fits is not below either, and every other value is below both.
   const auto rounded = static_cast<float>(largest);
@@ -314,28 +325,42 @@ Grid<float> stability_radii(const Grid<std::int32_t>& squared, double largest) {
                             ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
                             : rounded;
   const double bound = std::min(largest, static_cast<double>(rounded));
-  auto radii = Grid<float>::uninitialized(squared.frame);
-  std::ranges::transform(squared.values, radii.values.begin(), [&](std::int32_t value) {
+  const auto radius_of = [&](std::int32_t value) {
     // The root is exact enough: a float's square that is no integer differs from one by more than 1 in 2^48.
     return value >= cap ? settled : float_below(std::min(std::sqrt(static_cast<double>(value) + 1), bound));
+  };
+  std::vector<float> table(known);
+  for (std::size_t value = 0; value < known; ++value) table[value] = radius_of(static_cast<std::int32_t>(value));
+  auto radii = Grid<float>::uninitialized(squared.frame);
+  parallel_for(context, 0, squared.frame.voxels(), kVoxelsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+    std::transform(squared.values.begin() + begin, squared.values.begin() + end, radii.values.begin() + begin,
+                   [&](std::int32_t value) {
+                     const auto at = static_cast<std::size_t>(value);
+                     return at < known ? table[at] : radius_of(value);
+                   });
   });
   return radii;
 }
 
-Grid<float> first_mortar(const BinaryVolume& volume, std::span<const double> radii, bool outside, RunContext& context) {
+Grid<float> first_mortar(const BinaryVolume& volume, std::span<const double> radii, bool outside, RunContext& context,
+                         std::uint64_t held) {
   for (std::size_t r = 1; r < radii.size(); ++r) {
     if (!(radii[r] > radii[r - 1])) throw ParameterError("the radii of a stability map must increase");
   }
-  context.require_memory(static_cast<std::uint64_t>(volume.frame.voxels()) * sizeof(float), "the stability map");
-  Grid<float> result(volume.frame, 0.0F);
+  held += static_cast<std::uint64_t>(volume.frame.voxels()) * sizeof(float);
+  context.require_memory(held, "the first mortar");
+  auto result = Grid<float>::uninitialized(volume.frame);
+  parallel_for(context, 0, volume.frame.voxels(), kVoxelsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+    std::fill(result.values.begin() + begin, result.values.begin() + end, 0.0F);
+  });
   for (const double radius : radii) {
     const std::int64_t reach = squared_reach(radius);
     if (reach == 0 || volume.frame.voxels() == 0) continue;  // every voxel is a ball of its own
     const Index3 margin = ball_margin(volume.frame.dims, radius);
     const Index3 dims = volume.frame.dims + 2 * margin;
-    constexpr std::uint64_t kVolumesOfBits = 4;
-    context.require_memory(kVolumesOfBits * BitVolume::memory(dims) + result.values.size() * (sizeof(float) + 1),
-                           "the stability map");
+    constexpr std::uint64_t kVolumesOfBits = 2;  // the volume's and the centers of balls, beside what is in the making
+    context.require_memory(held + kVolumesOfBits * BitVolume::memory(dims) + morphology_memory(dims, reach),
+                           "the first mortar");
     const BitVolume irregular = mortar(packed(volume, margin, outside, context), reach, outside, context);
     parallel_for(context, 0, volume.nz() * volume.ny(), std::max<std::int64_t>(1, kVoxelsPerChunk / volume.nx()),
                  [&](std::int64_t begin, std::int64_t end) {

@@ -5,6 +5,7 @@
 
 #include "common/run/errors.h"
 #include "common/volume/distance_transform.h"
+#include "common/volume/grid_passes.h"
 #include "common/volume/surface_voxels.h"
 
 namespace voxcarve {
@@ -82,7 +83,7 @@ NearestColors::NearestColors(const SurfaceColors& surface, const GridFrame& fram
     }
     nearest_ = nearest_feature(volume, 1, context);
   }
-  if (whole != frame) nearest_ = resized(nearest_, frame, kNoFeature);
+  if (whole != frame) nearest_ = resized(nearest_, frame, kNoFeature, context);
   const VoxelNumbers number_of(std::move(marked), whole);
   constexpr std::int64_t kVoxelsPerChunk = 1 << 17;
   parallel_for(context, 0, frame.voxels(), kVoxelsPerChunk, [&](std::int64_t begin, std::int64_t end) {

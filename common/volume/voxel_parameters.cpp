@@ -3,6 +3,7 @@
 #include <string>
 
 #include "common/run/errors.h"
+#include "common/volume/grid_passes.h"
 
 namespace voxcarve {
 
@@ -79,7 +80,7 @@ DensityVolume voxelize_model_density(const TriangleSoup& soup, const Parameters&
 BinaryVolume voxelize_model(const TriangleSoup& soup, const Parameters& parameters, double threshold,
                             RunContext& context) {
   if (!is_binary(supersampling_options(parameters)))
-    return thresholded(voxelize_model_density(soup, parameters, context), static_cast<float>(threshold));
+    return thresholded(voxelize_model_density(soup, parameters, context), static_cast<float>(threshold), context);
   const GridFrame frame = voxel_frame(bounds(soup), parameters.integer("resolution"));
   VoxelizeReport report;
   BinaryVolume volume = voxelize(soup, frame, voxelize_options(parameters), context, &report);

@@ -10,6 +10,7 @@ namespace voxcarve {
 void add_methods_command(CLI::App& app);
 void add_models_command(CLI::App& app);
 void add_run_command(CLI::App& app);
+void add_extract_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_render_command(CLI::App& app);

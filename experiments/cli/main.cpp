@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
   voxcarve::add_methods_command(app);
   voxcarve::add_models_command(app);
   voxcarve::add_run_command(app);
+  voxcarve::add_extract_command(app);
   voxcarve::add_measure_command(app);
   voxcarve::add_compare_command(app);
   voxcarve::add_render_command(app);

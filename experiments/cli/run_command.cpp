@@ -17,6 +17,8 @@
 #include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
 #include "experiments/runner/comparison.h"
+#include "methods/hagbi_elsana/hagbi_elsana.h"
+#include "methods/hagbi_elsana/stream_file.h"
 #include "methods/registry.h"
 
 namespace voxcarve {
@@ -48,11 +50,9 @@ ChosenLevel choose_level(const MethodResult& result, const RunOptions& options) 
   }
   if (options.level >= 0) return {options.level, result.levels->extract(options.level)};
   if (options.vertices == 0) return level_for_budget(result, options.triangles);
-  for (std::int64_t index = levels - 1;; --index) {
-    TriangleSoup level = result.levels->extract(index);
-    const auto distinct = static_cast<std::int64_t>(merge_equal_positions(level).positions.size());
-    if (index == 0 || distinct <= options.vertices) return {index, std::move(level)};
-  }
+  std::int64_t index = levels - 1;
+  while (index > 0 && result.levels->counts(index).vertices > options.vertices) --index;
+  return {index, result.levels->extract(index)};
 }
 
 /// What of the budget was not met, or "".
@@ -166,14 +166,19 @@ void run(const RunOptions& options) {
   if (!options.volume.empty() && (options.output.empty() || !is_volume_file(options.output)))
     throw ParameterError("--volume needs an output file that holds a volume: NRRD, MHD, PNG, PGM or PBM");
   const bool wants_volume = !options.output.empty() && is_volume_file(options.output);
-  if (!options.output.empty() && !wants_volume && !mesh_format(options.output)) {
+  const bool wants_stream = is_stream_file(options.output);
+  if (!options.output.empty() && !wants_volume && !wants_stream && !mesh_format(options.output)) {
     throw ParameterError(
         options.output +
-        ": its extension names no format that can be written; use PLY, OBJ, OFF, STL, NRRD, MHD or PNG");
+        ": its extension names no format that can be written; use PLY, OBJ, OFF, STL, NRRD, MHD, PNG or VCS");
   }
   if (wants_volume && !method.info().gives_volume) {
     throw ParameterError(method.info().name + " makes no volume to write to " + options.output +
                          "; name a PLY, OBJ, OFF or STL file");
+  }
+  if (wants_stream && !method.info().gives_stream) {
+    throw ParameterError(method.info().name + " makes no carving stream to write to " + options.output +
+                         "; hagbi-elsana does");
   }
   require_folder(options.output);
   require_folder(options.report);
@@ -189,7 +194,9 @@ void run(const RunOptions& options) {
   if (const std::string missed = missed_budget(surface, options); !missed.empty()) result.notices.push_back(missed);
   std::vector<InvariantCheck> checks;
   if (options.check_invariants) checks = method.check_invariants(model, parameters, result, session.context());
-  if (wants_volume) {
+  if (wants_stream) {
+    write_stream(*stream_of(*result.levels), options.output);
+  } else if (wants_volume) {
     write_result_volume(choose_volume(result, level.index, options), model, options.output);
   } else if (!options.output.empty()) {
     if (surface.empty())
@@ -231,7 +238,7 @@ void add_run_command(CLI::App& app) {
   command->add_option(
       "-o,--output", options->output,
       "file for the result: PLY, OBJ, OFF, STL for the mesh; NRRD, MHD for the volume; PNG, PGM, PBM for the "
-      "image");
+      "image; VCS for the whole stream of hagbi-elsana (voxcarve extract)");
   command->add_option("--volume", options->volume,
                       "which volume of the result a volume file takes, such as mortar (default: the result itself)");
   command->add_option("--set", options->settings, "parameters as name=value (voxcarve methods NAME lists them)")

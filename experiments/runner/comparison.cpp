@@ -78,11 +78,8 @@ Parameters parameters_for_budget(const Method& method, std::int64_t triangles, s
 
 ChosenLevel level_for_budget(const MethodResult& result, std::int64_t triangles) {
   std::int64_t index = result.levels->size() - 1;
-  TriangleSoup surface = result.levels->extract(index);
-  while (index > 0 && triangles > 0 && static_cast<std::int64_t>(surface.triangles.size()) > triangles) {
-    surface = result.levels->extract(--index);
-  }
-  return {index, std::move(surface)};
+  while (index > 0 && triangles > 0 && result.levels->counts(index).triangles > triangles) --index;
+  return {index, result.levels->extract(index)};
 }
 
 std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference,

@@ -71,15 +71,6 @@ std::string to_csv(const Table& table) {
   return text;
 }
 
-std::string with_thousands(long long value) {
-  std::string digits = std::to_string(value);
-  const std::ptrdiff_t first = value < 0 ? 1 : 0;
-  for (auto position = static_cast<std::ptrdiff_t>(digits.size()) - 3; position > first; position -= 3) {
-    digits.insert(static_cast<std::size_t>(position), 1, ',');
-  }
-  return digits;
-}
-
 std::string rounded(double value, int digits) {
   return fmt::format("{:.{}g}", value, digits);
 }

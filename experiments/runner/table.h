@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/run/text.h"
+
 namespace voxcarve {
 
 /// A header and rows of equally many cells.
@@ -18,9 +20,6 @@ std::string to_text(const Table& table);
 
 /// RFC 4180: cells with commas, quotes or line ends are quoted. Lines end with "\n".
 std::string to_csv(const Table& table);
-
-/// "1234567" as "1,234,567".
-std::string with_thousands(long long value);
 
 /// A number with `digits` significant digits, without an exponent between 1e-4 and 1e7.
 std::string rounded(double value, int digits);

@@ -1,5 +1,6 @@
 #include "methods/mason/distance_surface.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/volume/bit_morphology.h"
@@ -36,7 +37,16 @@ Grid<float> signed_reach(const BitVolume& bits, const GridFrame& frame, std::uin
 }  // namespace
 
 Grid<float> distance_field(const BitVolume& shape, const GridFrame& frame, std::int64_t reach,
-                           MorphologicalFilter filter, TieRule tie, RunContext& context) {
+                           MorphologicalFilter filter, TieRule tie, std::uint64_t held, RunContext& context) {
+  const bool is_mason = filter == MorphologicalFilter::kMason;
+  const auto bytes_of_field = static_cast<std::uint64_t>(frame.voxels()) * sizeof(float);
+  const std::uint64_t bytes_of_bits = BitVolume::memory(frame.dims);
+  // Rounded, filleted, RF and FR, Mason's two maps, the mortar, and what the last step is made from.
+  constexpr std::uint64_t kVolumesOfBits = 8;
+  // Squared distances become the field; Mason has made one before. Or bits are in the making.
+  context.require_memory(held + (is_mason ? kVolumesOfBits : 3) * bytes_of_bits + (is_mason ? bytes_of_field : 0) +
+                             std::max(2 * bytes_of_field, morphology_memory(frame.dims, reach)),
+                         "the distance field");
   RegularFilters filters(shape, reach, false, context);
   const auto grown = [&](const BitVolume& from) { return signed_reach(from, frame, 1, reach, -1, context); };
   const auto shrunk = [&](const BitVolume& from) { return signed_reach(from, frame, 0, reach, 1, context); };
@@ -59,7 +69,7 @@ Grid<float> distance_field(const BitVolume& shape, const GridFrame& frame, std::
       break;
   }
   MasonMaps maps;
-  filters.mason(tie, nullptr, &maps);
+  filters.mason(tie, nullptr, &maps, held + 4 * bytes_of_bits);
   const BitVolume mortar = filters.mortar();
   Grid<float> field = grown(eroded(filters.filleted()));
   const Grid<float> by_fr = shrunk(dilated(filters.rounded()));

@@ -10,8 +10,8 @@
 #include "common/mesh/smoothing.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
-#include "common/volume/ball_sweep.h"
 #include "common/volume/bit_morphology.h"
+#include "common/volume/grid_passes.h"
 #include "common/volume/isosurface.h"
 #include "common/volume/stability.h"
 #include "common/volume/voxel_parameters.h"
@@ -77,7 +77,8 @@ std::vector<double> radii_of(const Parameters& parameters) {
 
 BinaryVolume shape_of(const Model& model, const Parameters& parameters, RunContext& context) {
   if (const auto* soup = model.soup()) return voxelize_model(*soup, parameters, 0.5, context);
-  if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape)) return thresholded(scalar->grid, scalar->iso_value);
+  if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape))
+    return thresholded(scalar->grid, scalar->iso_value, context);
   return std::get<BinaryVolume>(model.shape);
 }
 
@@ -124,7 +125,7 @@ class Regularization final : public Method {
  protected:
   MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const override {
     const BinaryVolume shape = shape_of(model, parameters, context);
-    if (model.soup() != nullptr && count_interior(shape) == 0) {
+    if (model.soup() != nullptr && count_interior(shape, context) == 0) {
       throw MethodFailure("no voxel centre lies inside " + model.name +
                           " at this resolution; raise it, or use another classifier or number of directions");
     }
@@ -138,16 +139,18 @@ class Regularization final : public Method {
     };
     if (makes_maps(parameters)) {
       Stage stage(context, "stability", shape.frame.voxels());
-      keep("stability", stability_radii(squared_stability(shape, radii.front(), false, context), radii.front()), 0);
+      keep("stability",
+           stability_radii(squared_stability(shape, radii.front(), false, context, held), radii.front(), context, held),
+           0);
       const std::vector<double> increasing(radii.rbegin(), radii.rend());
-      keep("first_mortar", first_mortar(shape, increasing, false, context), 0);
+      keep("first_mortar", first_mortar(shape, increasing, false, context, held), 0);
     }
     bool empty = true;
     for (const double radius : radii) {
       const auto level = static_cast<std::int64_t>(levels.size());
       Filtered filtered = filter(shape, radius, parameters, held, context);
       for (auto& [name, map] : filtered.maps) keep(name, std::move(map), level);
-      const bool nothing = count_interior(filtered.volume) == 0;
+      const bool nothing = count_interior(filtered.volume, context) == 0;
       empty = empty && nothing;
       if (nothing) context.notice(radius_text(radius) + ": nothing of " + model.name + " is left, the result is empty");
       levels.push_back(context.surfaces && !nothing
@@ -204,9 +207,8 @@ class Regularization final : public Method {
     const bool grows = operator_.filter == MorphologicalFilter::kDilate;
     const auto result_bytes = static_cast<std::uint64_t>(grows ? room.frame.voxels() : voxels);
     held += 7 * BitVolume::memory(room.frame.dims);
-    context.require_memory(held + within_reach_memory(room.frame.dims, std::min(reach, kLargestSweptReach)) +
-                               result_bytes * (makes_maps(parameters) ? 4 : 1),
-                           info_.name);
+    context.require_memory(
+        held + morphology_memory(room.frame.dims, reach) + result_bytes * (makes_maps(parameters) ? 4 : 1), info_.name);
     RegularFilters filters(room.bits, reach, false, context);
     Filtered filtered;
     if (makes_maps(parameters)) {
@@ -258,12 +260,8 @@ class Regularization final : public Method {
     Grid<float> field;
     {
       Stage stage(context, "distance field", room.frame.voxels());
-      const auto voxels = static_cast<std::uint64_t>(room.frame.voxels());
-      const std::uint64_t bytes_per_voxel = operator_.filter == MorphologicalFilter::kMason ? 13 : 9;
-      context.require_memory(held + bytes_per_voxel * voxels + 8 * BitVolume::memory(room.frame.dims),
-                             "the distance field");
-      field =
-          distance_field(room.bits, room.frame, squared_reach(radius), operator_.filter, tie_of(parameters), context);
+      field = distance_field(room.bits, room.frame, squared_reach(radius), operator_.filter, tie_of(parameters),
+                             held + BitVolume::memory(room.frame.dims), context);
     }
     return scalar_isosurface(field, 0, context);
   }
@@ -280,8 +278,9 @@ std::unique_ptr<Method> make(const char* name, MorphologicalFilter filter, const
 }  // namespace
 
 std::unique_ptr<Method> make_mason() {
-  return make("mason", MorphologicalFilter::kMason,
-              "round and fillet by a ball, in the order that changes each irregular region less (self-dual)");
+  return make(
+      "mason", MorphologicalFilter::kMason,
+      "round and fillet by a ball, in the order that changes each irregular region less (self-dual but for ties)");
 }
 std::unique_ptr<Method> make_dilate() {
   return make("dilate", MorphologicalFilter::kDilate, "the voxelized model grown by a ball");

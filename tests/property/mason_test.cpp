@@ -326,13 +326,29 @@ TEST(Mason, DistanceFieldIsPositiveExactlyOnTheResult) {
     for (const MorphologicalFilter filter : kAllFilters) {
       const std::int64_t reach = squared_reach(sample.radius);
       const BitVolume result = RegularFilters(shape, reach, false, context).apply(filter, TieRule::kPaper);
-      const Grid<float> field = distance_field(shape, frame, reach, filter, TieRule::kPaper, context);
+      const Grid<float> field = distance_field(shape, frame, reach, filter, TieRule::kPaper, 0, context);
       for (std::int64_t k = 0; k < frame.dims[2]; ++k)
         for (std::int64_t j = 0; j < frame.dims[1]; ++j)
           for (std::int64_t i = 0; i < frame.dims[0]; ++i)
             ASSERT_EQ(field(i, j, k) > 0, result.get(i, j, k)) << static_cast<int>(filter);
     }
   }
+}
+
+TEST(Mason, DistanceFieldDeclaresItsComponentsWithWhatIsHeld) {
+  // 12 bytes a voxel of three fields and 8 volumes of bits, here of a word a row, with whatever the caller holds.
+  RunContext context;
+  const BinaryVolume volume = random_volume({40, 24, 20}, 0.5, 6);
+  const BitVolume shape = packed(volume, {4, 4, 4}, false, context);
+  GridFrame frame = volume.frame;
+  frame.dims += Index3(8, 8, 8);
+  const auto field = [&](std::uint64_t held) {
+    return distance_field(shape, frame, 4, MorphologicalFilter::kMason, TieRule::kPaper, held, context);
+  };
+  constexpr std::uint64_t kHeld = std::uint64_t{1} << 40;
+  context.memory_budget = kHeld + 12 * 48 * 32 * 28 + 8 * 8 * 32 * 28;
+  EXPECT_NO_THROW(field(kHeld));
+  EXPECT_THROW(field(kHeld + 1), ResourceError);
 }
 
 TEST(Mason, DistanceSurfaceOfADilatedVoxelIsASphere) {

@@ -4,8 +4,10 @@
 
 #include <random>
 
+#include "common/run/errors.h"
 #include "common/volume/bit_morphology.h"
 #include "common/volume/distance_transform.h"
+#include "common/volume/grid_passes.h"
 #include "common/volume/morphology.h"
 #include "tests/support/shapes.h"
 
@@ -78,6 +80,42 @@ TEST(BallSweep, AgreesWithTheDistanceTransformOnRandomVolumes) {
   }
 }
 
+TEST(BallSweep, AgreesWithTheDistanceTransformAcrossBandsOfRows) {
+  // Slices of more than half a megabyte are treated in bands of rows: of 2^19 / 1024 = 512 rows, or 2^19 / 20032 = 26
+  // in the widest, but of no fewer than 4 * 5 = 20 for a squared radius of 30 and 4 * 180 for the largest; the last one
+  // is short. Features lie on either side of the borders, and there are none for longer than the smaller radius.
+  for (const Index3& dims : {Index3(1000, 1100, 1), Index3(1024, 530, 3), Index3(20000, 800, 1)}) {
+    for (const std::int64_t reach : {std::int64_t{0}, std::int64_t{30}, kLargestSweptReach}) {
+      RunContext context;
+      context.threads = 2;
+      BinaryVolume volume(frame_of(dims));
+      for (const std::int64_t row : {0, 100, 355, 365, 511, 516, 719, 1023, 1024}) {
+        if (row >= dims[1]) continue;
+        for (std::int64_t i = row % 7; i < dims[0]; i += 97) volume(i, row, row % dims[2]) = 1;
+      }
+      const BitVolume bits = bits_of(volume, context);
+      for (const bool outside : {false, true}) {
+        const Features features{true, outside};
+        ASSERT_EQ(within_reach(bits, features, reach, false, context),
+                  bits_of(slow_reach(volume, features, reach, false, context), context))
+            << dims.transpose() << " reach " << reach << " outside " << outside;
+      }
+    }
+  }
+}
+
+TEST(BallSweep, GivesNothingOnGridsWithoutVoxels) {
+  RunContext context;
+  for (const Index3& dims : {Index3(0, 5, 5), Index3(5, 0, 5), Index3(5, 5, 0), Index3(0, 0, 0)}) {
+    const BitVolume none(dims);
+    for (const std::int64_t reach : {std::int64_t{9}, squared_reach(200)}) {
+      EXPECT_EQ(dilate(none, reach, true, context), none);
+      EXPECT_EQ(erode(none, reach, false, context), none);
+    }
+    EXPECT_EQ(within_reach(none, {true, true}, 9, false, context), none);
+  }
+}
+
 TEST(BallSweep, HandlesTheLargestReach) {
   // One voxel in a row of 401: 180 neighbours on each side, since 180^2 <= 32760 < 181^2.
   RunContext context;
@@ -97,6 +135,26 @@ TEST(BitMorphology, FallsBackBeyondTheLargestReach) {
   const std::int64_t own = 10 + 1 + 200;
   EXPECT_EQ(count_set(grown, context), own + 5 * (own - 1));
   EXPECT_EQ(count_set(erode(bits_of(volume, context), squared_reach(200), true, context), context), 0);
+}
+
+TEST(BitMorphology, DeclaresWhatItHolds) {
+  RunContext context;
+  const auto needs = [&](const Index3& dims, std::int64_t reach, std::uint64_t bytes) {
+    BitVolume volume(dims);
+    volume.clear();
+    const std::uint64_t argument = BitVolume::memory(dims);
+    EXPECT_EQ(morphology_memory(dims, reach), bytes) << dims.transpose() << " reach " << reach;
+    context.memory_budget = argument + bytes;
+    EXPECT_NO_THROW(erode(volume, reach, false, context));
+    context.memory_budget = argument + bytes - 1;
+    EXPECT_THROW(erode(volume, reach, false, context), ResourceError);
+  };
+  // A result of a word a row; slices of 64 bytes a row, 16 and the radius of 2 of them in the ring and one carried.
+  needs({60, 10, 40}, 4, 8 * 10 * 40 + (16 + 2 + 1) * 64 * 10);
+  needs({60, 10, 1}, 4, 8 * 10 + 64 * 10);  // an image carries nothing on
+  // Beyond the sweep 5 bytes a voxel, with a voxel more on every side that the grid extends to.
+  needs({60, 10, 4}, 40000, 5 * 62 * 12 * 6);
+  needs({60, 10, 1}, 40000, 5 * 62 * 12);
 }
 
 TEST(BitMorphology, AgreesWithTheDefinition) {
@@ -140,6 +198,26 @@ TEST(BitMorphology, KeepsRadiusZeroAndEmptiesWhatNoBallFits) {
   const BinaryVolume full(frame_of({20, 11, 6}), 1);
   EXPECT_EQ(close(full, 3, context), full);
   EXPECT_EQ(count_interior(dilate(BinaryVolume(frame_of({5, 5, 5})), 4, context)), 0);
+}
+
+TEST(GridPasses, GiveWhatTheirNamesakesDo) {
+  // More voxels than one piece of a pass has, and parts of a lattice that lie within, across and beside each other.
+  RunContext context;
+  context.threads = 2;
+  const BinaryVolume volume = random_volume({130, 70, 61}, 0.3, 8);
+  EXPECT_EQ(count_interior(volume, context), count_interior(volume));
+  Grid<float> field(volume.frame);
+  for (std::size_t at = 0; at < field.values.size(); ++at) field.values[at] = static_cast<float>(at * 7919 % 1000);
+  EXPECT_EQ(thresholded(field, 500, context), thresholded(field, 500));
+  for (const Index3& offset : {Index3(0, 0, 0), Index3(-3, 5, 1), Index3(7, -4, -70), Index3(140, 2, 2)}) {
+    for (const Index3& dims : {Index3(130, 70, 61), Index3(20, 90, 5), Index3(150, 3, 64), Index3(0, 3, 3)}) {
+      GridFrame frame = volume.frame;
+      frame.origin += frame.voxel_size * offset.cast<double>();
+      frame.dims = dims;
+      ASSERT_EQ(resized(volume, frame, std::uint8_t{1}, context), resized(volume, frame, std::uint8_t{1}))
+          << offset.transpose() << " " << dims.transpose();
+    }
+  }
 }
 
 TEST(BitVolume, PacksAndExpandsWithEveryMargin) {

@@ -4,74 +4,28 @@
 
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <random>
 
 #include "common/mesh/gluing.h"
-#include "common/mesh/hole_filling.h"
 #include "common/mesh/io/mesh_io.h"
 #include "common/mesh/models/primitives.h"
 #include "common/mesh/topology.h"
 #include "common/run/errors.h"
 #include "tests/support/shapes.h"
 #include "tests/unit/metric_shapes.h"
+#include "tests/unit/stitching_shapes.h"
 
 namespace voxcarve {
 namespace {
 
+using test::closed_topology;
+using test::cracked_cube;
+using test::faces;
+using test::has_notice;
 using test::inside_out;
 using test::joined;
-using test::moebius_strip;
 using test::translated;
 using test::unit_cube;
-
-/// A rectangle of n x m squares with corner `origin` and sides along u and v, outward along u x v.
-TriangleSoup rectangle(const Point& origin, const Point& u, const Point& v, std::uint32_t n = 1, std::uint32_t m = 1) {
-  TriangleSoup soup;
-  for (std::uint32_t j = 0; j <= m; ++j)
-    for (std::uint32_t i = 0; i <= n; ++i)
-      soup.positions.push_back(origin + static_cast<double>(i) / n * u + static_cast<double>(j) / m * v);
-  for (std::uint32_t j = 0; j < m; ++j) {
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t a = j * (n + 1) + i;
-      soup.triangles.push_back({a, a + 1, a + n + 2});
-      soup.triangles.push_back({a, a + n + 2, a + n + 1});
-    }
-  }
-  return soup;
-}
-
-/// The faces of the unit cube, each drawn in by `gap` from its edges and divided into n(face) squares a side.
-template <class Division>
-std::vector<TriangleSoup> faces(double gap, const Division& division) {
-  std::vector<TriangleSoup> parts;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Point u = (1 - 2 * gap) * Point::Unit((axis + 1) % 3);
-    const Point v = (1 - 2 * gap) * Point::Unit((axis + 2) % 3);
-    const Point inset = gap * (Point::Ones() - Point::Unit(axis));
-    const auto n = [&](int face) { return static_cast<std::uint32_t>(division(face)); };
-    parts.push_back(rectangle(inset, v, u, n(2 * axis), n(2 * axis)));
-    parts.push_back(rectangle(inset + Point::Unit(axis), u, v, n(2 * axis + 1), n(2 * axis + 1)));
-  }
-  return parts;
-}
-
-TriangleSoup cracked_cube(double gap) {
-  return joined(faces(gap, [](int) { return 1; }));
-}
-
-SurfaceTopology closed_topology(const TriangleSoup& soup) {
-  SurfaceTopology topology = analyze_topology(soup);
-  EXPECT_TRUE(topology.closed);
-  EXPECT_TRUE(topology.oriented);
-  EXPECT_EQ(topology.nonmanifold_vertices, 0);
-  return topology;
-}
-
-bool has_notice(const RunContext& context, const std::string& text) {
-  return std::ranges::any_of(context.notices(),
-                             [&](const std::string& notice) { return notice.find(text) != std::string::npos; });
-}
 
 TEST(Stitch, LeavesAClosedManifoldAsItIs) {
   RunContext context;
@@ -217,17 +171,6 @@ TEST(Stitch, TakesSolidsApartThatTouch) {
   }
 }
 
-TEST(Stitch, FillsAMissingFace) {
-  RunContext context;
-  std::vector<TriangleSoup> parts = faces(0.0, [](int) { return 4; });
-  parts.erase(parts.begin() + 3);
-  const TriangleSoup result = stitch(joined(parts), {}, context);
-  EXPECT_EQ(closed_topology(result).genus, 0);
-  EXPECT_NEAR(signed_volume(result), 1, 1e-12);
-  EXPECT_NEAR(surface_area(result), 6, 1e-12);  // least area: the flat square
-  EXPECT_TRUE(has_notice(context, "filled 1 hole with 14 triangles"));
-}
-
 TEST(Stitch, DropsWhatIsUseless) {
   RunContext context;
   TriangleSoup soup = unit_cube();
@@ -241,21 +184,6 @@ TEST(Stitch, DropsWhatIsUseless) {
   EXPECT_EQ(result.positions.size(), 8U);
   EXPECT_TRUE(has_notice(context, "dropped 2 triangles without area"));
   EXPECT_TRUE(has_notice(context, "dropped 2 duplicate triangles"));
-}
-
-TEST(Stitch, MakesSomethingClosedOfOneSidedAndHangingSheets) {
-  RunContext context;
-  EXPECT_GT(closed_topology(stitch(moebius_strip(20), {.tolerance = 1e-3}, context)).triangles, 40);
-  EXPECT_TRUE(has_notice(context, "one-sided"));
-  // A cube with a fin on one of its edges: the cube stays, and the fin becomes a part of its own without a volume.
-  const TriangleSoup fin = rectangle({1, 1, 0}, {0, 0, 1}, {1, 1, 0});
-  const TriangleSoup result = stitch(joined({unit_cube(), fin}), {}, context);
-  EXPECT_EQ(closed_topology(result).components, 2);
-  EXPECT_NEAR(signed_volume(result), 1, 1e-12);
-  TriangleSoup flat;
-  flat.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
-  flat.triangles = {{0, 1, 2}};
-  EXPECT_TRUE(stitch(flat, {}, context).empty());
 }
 
 TEST(Stitch, KeepsColours) {
@@ -435,47 +363,6 @@ TEST(Glue, CountsCopiesWhateverElseIsUnused) {
     EXPECT_EQ(glue_to_manifold(more, context).copied_vertices, expected.copied_vertices) << seed;
     EXPECT_EQ(more, soup) << seed;
   }
-}
-
-TEST(FillHoles, CutsLargeHolesInTwo) {
-  // The base of a cone has 1000 edges: the flat fill closes it with 998 triangles.
-  const std::uint32_t n = 1000;
-  TriangleSoup cone;
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const double angle = 2 * std::numbers::pi * i / n;
-    cone.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
-  }
-  cone.positions.emplace_back(0, 0, 1);
-  for (std::uint32_t i = 0; i < n; ++i) cone.triangles.push_back({i, (i + 1) % n, n});
-  RunContext context;
-  const FillReport report = fill_holes(cone, context);
-  EXPECT_EQ(report.holes, 1);
-  EXPECT_EQ(report.triangles, n - 2);
-  EXPECT_EQ(closed_topology(cone).genus, 0);
-  // A cone of height 1 on the polygon inscribed in the unit circle.
-  const double base = n / 2.0 * std::sin(2 * std::numbers::pi / n);
-  EXPECT_NEAR(signed_volume(cone), base / 3, 1e-9);
-}
-
-TEST(FillHoles, UsesAMiddleVertexWhereEveryDiagonalIsTaken) {
-  // Two triangles with a common edge use one diagonal of their outline, the fill the other; with both diagonals taken
-  // (by a third sheet elsewhere) there is none left: four triangles about the mean.
-  RunContext context;
-  TriangleSoup sheet = rectangle(Point::Zero(), {1, 0, 0}, {0, 1, 0});
-  EXPECT_EQ(fill_holes(sheet, context).triangles, 2);
-  EXPECT_EQ(closed_topology(sheet).genus, 0);
-  TriangleSoup taken = rectangle(Point::Zero(), {1, 0, 0}, {0, 1, 0});
-  // Vertices 0 1 / 2 3 with the diagonal 0-3; a handle above makes 1-2 an edge that is already there.
-  taken.positions.emplace_back(0.5, 0.5, 1);
-  taken.positions.emplace_back(0.5, 0.5, 2);
-  taken.triangles.push_back({1, 2, 4});
-  taken.triangles.push_back({2, 1, 5});
-  taken.triangles.push_back({1, 4, 5});
-  taken.triangles.push_back({2, 5, 4});
-  const std::size_t before = taken.positions.size();
-  EXPECT_EQ(fill_holes(taken, context).triangles, 4);
-  EXPECT_EQ(taken.positions.size(), before + 1);
-  EXPECT_TRUE(analyze_topology(taken).closed);
 }
 
 TEST(Orient, KeepsPatchesThatAgree) {

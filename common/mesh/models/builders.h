@@ -12,13 +12,21 @@ ProceduralModel blade_model();
 ProceduralModel chair_model();
 /// All "cracked-...": see cracked.h.
 std::vector<ProceduralModel> cracked_models();
+ProceduralModel elm_model();
 ProceduralModel engine_model();
+ProceduralModel foot_bones_model();
 ProceduralModel genus_n_model();
+ProceduralModel geospheres_model();
 ProceduralModel interpenetrating_figure_model();
+ProceduralModel mushrooms_model();
 ProceduralModel perforated_box_model();
+ProceduralModel pine_model();
+ProceduralModel sconce_model();
 ProceduralModel sphereflake_model();
+ProceduralModel torso_ribs_model();
 ProceduralModel torus_model();
 ProceduralModel two_spheres_model();
+ProceduralModel yucca_model();
 
 /// Throws ParameterError when `triangles`, multiplied out from the parameters of `model` before anything is built,
 /// exceeds 20 million. A double, so that no product of parameters overflows.

@@ -5,6 +5,7 @@
 
 #include "common/mesh/models/builders.h"
 #include "common/mesh/models/catalogue.h"
+#include "common/mesh/models/model_spec.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
 
@@ -16,8 +17,10 @@ constexpr double kMaximumTriangles = 20e6;
 
 std::vector<ProceduralModel> all_models() {
   std::vector<ProceduralModel> models = cracked_models();
-  for (const auto& model : {blade_model, chair_model, engine_model, genus_n_model, interpenetrating_figure_model,
-                            perforated_box_model, sphereflake_model, torus_model, two_spheres_model}) {
+  for (const auto& model :
+       {blade_model, chair_model, elm_model, engine_model, foot_bones_model, genus_n_model, geospheres_model,
+        interpenetrating_figure_model, mushrooms_model, perforated_box_model, pine_model, sconce_model,
+        sphereflake_model, torso_ribs_model, torus_model, two_spheres_model, yucca_model}) {
     models.push_back(model());
   }
   std::ranges::sort(models, {}, [](const ProceduralModel& model) { return model.info.name; });
@@ -57,10 +60,8 @@ const ProceduralModel& find_procedural_model(std::string_view name) {
 }
 
 TriangleSoup make_procedural(std::string_view spec) {
-  const std::size_t question = spec.find('?');
-  const ProceduralModel& model = find_procedural_model(spec.substr(0, question));
-  const std::string_view query = question == std::string_view::npos ? "" : spec.substr(question + 1);
-  const std::vector<std::string> assignments = split(query, '&');
+  const auto [name, assignments] = parse_model_spec(spec);
+  const ProceduralModel& model = find_procedural_model(name);
   return model.build(Parameters::parse(model.info.parameters, assignments, model.info.name));
 }
 

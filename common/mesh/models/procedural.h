@@ -20,9 +20,9 @@ struct ModelInfo {
 };
 
 /// A model and how it is made. `build` takes a complete set of parameters of the schema, is deterministic, and gives
-/// closed, outward-oriented parts with shared vertices, in model units. Exceptions are made to have defects: `engine`
-/// has cavities (closed, inward-oriented), T-joints, zero-area faces and non-manifold vertices, and each `cracked-...`
-/// what its name says.
+/// closed, outward-oriented parts with shared vertices, in model units. Exceptions: `yucca`, and the leaves of `elm`
+/// and needles of `pine`, are open sheets; others are made to have defects: `engine` has cavities (closed,
+/// inward-oriented), T-joints, zero-area faces and non-manifold vertices, and each `cracked-...` what its name says.
 struct ProceduralModel {
   ModelInfo info;
   std::function<TriangleSoup(const Parameters&)> build;

@@ -1,5 +1,6 @@
-// two-spheres [HE10, Fig. 4] and sphereflake [He95, Fig. 3 and Table 1]. The sphereflake's construction follows the
-// description of Haines, "A Proposal for Standard Graphics Environments", IEEE CG&A 7(11), 1987.
+// two-spheres [HE10, Fig. 4], geospheres [HE10, Fig. 10] and sphereflake [He95, Fig. 3 and Table 1]. The sphereflake's
+// construction follows the description of Haines, "A Proposal for Standard Graphics Environments", IEEE CG&A 7(11),
+// 1987.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -28,6 +29,21 @@ TriangleSoup build_two_spheres(const Parameters& parameters) {
   const Point offset(parameters.real("distance") / 2, 0, 0);
   TriangleSoup soup = icosphere(-offset, radius, subdivision);
   append(soup, icosphere(offset, radius, subdivision));
+  return soup;
+}
+
+/// Spheres at the corners of a box about the origin. With two subdivisions each has 10 * 4^2 + 2 = 162 vertices.
+TriangleSoup build_geospheres(const Parameters& parameters) {
+  const double radius = parameters.real("radius");
+  const auto subdivision = static_cast<int>(parameters.integer("subdivision"));
+  const Point half = 0.5 * Point(parameters.real("width"), parameters.real("depth"), parameters.real("height"));
+  TriangleSoup soup;
+  for (const double z : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      for (const double x : {-1.0, 1.0})
+        append(soup, icosphere(half.cwiseProduct(Point(x, y, z)), radius, subdivision));
+    }
+  }
   return soup;
 }
 
@@ -96,6 +112,23 @@ ProceduralModel two_spheres_model() {
     require_triangles_within_limit("two-spheres", 2 * icosphere_triangles(parameters));
   };
   return {std::move(info), build_two_spheres};
+}
+
+ProceduralModel geospheres_model() {
+  ModelInfo info{"geospheres",
+                 "eight equal geodesic spheres at the corners of a box: closed; their convex hull is a chamfered box",
+                 "HE Fig. 10",
+                 {}};
+  const std::string apart = "between the centres; below two radii the spheres overlap";
+  info.parameters.specs = {ParameterSpec::real("width", "model", 1e-3, 1e6, 4, "along x, " + apart),
+                           ParameterSpec::real("depth", "model", 1e-3, 1e6, 4, "along y, " + apart),
+                           ParameterSpec::real("height", "model", 1e-3, 1e6, 4, "along z, " + apart),
+                           ParameterSpec::real("radius", "model", 1e-3, 1e6, 1, "radius of the spheres"),
+                           subdivision_parameter(2)};
+  info.parameters.check = [](const Parameters& parameters) {
+    require_triangles_within_limit("geospheres", 8 * icosphere_triangles(parameters));
+  };
+  return {std::move(info), build_geospheres};
 }
 
 ProceduralModel sphereflake_model() {

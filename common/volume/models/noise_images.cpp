@@ -25,15 +25,24 @@ ParameterSchema image_parameters(std::int64_t width, std::int64_t height) {
   return schema;
 }
 
-/// What the pictures share: their size, the noise, and coordinates.
+/// What the pictures share: their size and share of black pixels, the noise, and coordinates.
 class Picture {
  public:
-  explicit Picture(const Parameters& parameters)
+  Picture(const Parameters& parameters, double black)
       : width_(parameters.integer("width")),
         height_(parameters.integer("height")),
-        noise_(static_cast<std::uint64_t>(parameters.integer("seed"))) {}
+        noise_(static_cast<std::uint64_t>(parameters.integer("seed"))),
+        black_(black) {}
+  virtual ~Picture() = default;
+
+  BinaryVolume paint() const {
+    return darkest_share(width_, height_, black_, [this](std::int64_t i, std::int64_t j) { return darkness(i, j); });
+  }
 
  protected:
+  /// Of the pixel in column i and row j from below: the darkest are black.
+  virtual double darkness(std::int64_t i, std::int64_t j) const = 0;
+
   /// From 0 at the left edge to 1 at the right one.
   double u(std::int64_t i) const { return (static_cast<double>(i) + 0.5) / static_cast<double>(width_); }
   /// From 0 at the lower edge to 1 at the upper one.
@@ -50,22 +59,20 @@ class Picture {
   std::int64_t width_;
   std::int64_t height_;
   Noise noise_;
+
+ private:
+  double black_;
 };
 
 // --- landscape ---------------------------------------------------------------------------------------------------
 
 /// Sky above a dark far shore, water right of a tree in the middle, foliage at the top left, dark ground below.
-class Landscape : Picture {
+class Landscape : public Picture {
  public:
-  using Picture::Picture;
-
-  BinaryVolume paint() const {
-    constexpr double kBlack = 78'195.0 / 120'000;  // [WR05, Table 1]
-    return darkest_share(width_, height_, kBlack, [this](std::int64_t i, std::int64_t j) { return darkness(i, j); });
-  }
+  explicit Landscape(const Parameters& parameters) : Picture(parameters, 78'195.0 / 120'000) {}  // [WR05, Table 1]
 
  private:
-  double darkness(std::int64_t i, std::int64_t j) const {
+  double darkness(std::int64_t i, std::int64_t j) const override {
     const double x = u(i);
     const double y = v(j);
     // Shores and outlines are uneven: the coordinates that decide them waver.
@@ -119,17 +126,12 @@ class Landscape : Picture {
 // --- cells -------------------------------------------------------------------------------------------------------
 
 /// Lung tissue: white air spaces of different sizes between dark walls, both of them mottled.
-class Cells : Picture {
+class Cells : public Picture {
  public:
-  using Picture::Picture;
-
-  BinaryVolume paint() const {
-    constexpr double kBlack = 36'967.0 / 67'500;  // [WR05, Table 2]
-    return darkest_share(width_, height_, kBlack, [this](std::int64_t i, std::int64_t j) { return darkness(i, j); });
-  }
+  explicit Cells(const Parameters& parameters) : Picture(parameters, 36'967.0 / 67'500) {}  // [WR05, Table 2]
 
  private:
-  double darkness(std::int64_t i, std::int64_t j) const {
+  double darkness(std::int64_t i, std::int64_t j) const override {
     return -2.2 * air(i, j) + 1.1 * texture(i, j, 24, 24, 2, 20) + 0.7 * texture(i, j, 6, 6, 2, 30) +
            0.06 * noise_.grain(i, j, 36) - 0.8 * speck(i, j, 0.0035, 37);
   }
@@ -158,17 +160,12 @@ class Cells : Picture {
 
 /// A spiral galaxy: a bright nucleus and two arms in a dark sky with stars, under so much noise that at radius 5 one
 /// component of the mortar holds white regions with black noise and black ones with white noise.
-class Galaxy : Picture {
+class Galaxy : public Picture {
  public:
-  using Picture::Picture;
-
-  BinaryVolume paint() const {
-    constexpr double kBlack = 128'956.0 / 266'600;  // [WR05, Table 3]
-    return darkest_share(width_, height_, kBlack, [this](std::int64_t i, std::int64_t j) { return darkness(i, j); });
-  }
+  explicit Galaxy(const Parameters& parameters) : Picture(parameters, 128'956.0 / 266'600) {}  // [WR05, Table 3]
 
  private:
-  double darkness(std::int64_t i, std::int64_t j) const {
+  double darkness(std::int64_t i, std::int64_t j) const override {
     const double x = (u(i) - 0.5) * static_cast<double>(width_) / static_cast<double>(height_);
     const double y = v(j) - 0.5;
     // The disc is seen at a slant.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/mesh/models/catalogue.h"
+#include "common/mesh/models/model_spec.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
 #include "common/volume/models/builders.h"
@@ -47,10 +48,8 @@ const VolumeModel& find_volume_model(std::string_view name) {
 }
 
 BinaryVolume make_volume(std::string_view spec) {
-  const std::size_t question = spec.find('?');
-  const VolumeModel& model = find_volume_model(spec.substr(0, question));
-  const std::string_view query = question == std::string_view::npos ? "" : spec.substr(question + 1);
-  const std::vector<std::string> assignments = split(query, '&');
+  const auto [name, assignments] = parse_model_spec(spec);
+  const VolumeModel& model = find_volume_model(name);
   return model.build(Parameters::parse(model.info.parameters, assignments, model.info.name));
 }
 

@@ -1,0 +1,295 @@
+// Based on [HE10, 3 to 5].
+#include "methods/hagbi_elsana/carving.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "common/mesh/aabb_tree.h"
+#include "methods/hagbi_elsana/tetrahedron.h"
+
+namespace voxcarve {
+
+namespace {
+
+/// Natural logarithm to a few units in the last place, by operations that IEEE 754 defines: the library's own differ
+/// between machines in the last bit, and with it the order of nearly equal tetrahedra. -inf for 0 and less.
+double portable_log(double value) {
+  if (!(value > 0)) return -std::numeric_limits<double>::infinity();
+  if (std::isinf(value)) return value;
+  constexpr double kLog2 = 0x1.62e42fefa39efp-1;
+  constexpr double kRootHalf = 0x1.6a09e667f3bcdp-1;
+  int exponent = 0;
+  double mantissa = std::frexp(value, &exponent);  // in [1/2, 1)
+  if (mantissa < kRootHalf) {
+    mantissa *= 2;
+    --exponent;
+  }
+  // log m = 2 artanh((m - 1) / (m + 1)); the argument is below 0.172, so its 23rd power is below 2^-58.
+  const double s = (mantissa - 1) / (mantissa + 1);
+  const double square = s * s;
+  double sum = 0;
+  for (int odd = 21; odd >= 1; odd -= 2) sum = sum * square + 1.0 / odd;
+  return exponent * kLog2 + 2 * s * sum;
+}
+
+class Carver {
+ public:
+  Carver(const Complement& complement, const CarvingOptions& options, RunContext& context)
+      : mesh_(complement), options_(options), context_(context) {}
+
+  std::vector<std::uint32_t> run(const std::vector<Void>& voids, CarvingReport* report) {
+    context_.require_memory(memory(mesh_.size()), "carving");
+    Stage stage(context_, "carving", std::int64_t{mesh_.first_ghost});
+    rank_.assign(mesh_.first_ghost, 0);
+    depth_.assign(mesh_.first_ghost, 0);
+    step_.assign(mesh_.size(), kNeverCarved);
+    std::fill(step_.begin() + mesh_.first_ghost, step_.end(), 0U);
+    compute_quality();
+    std::uint32_t shut = 0;
+    for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
+      if (outer_faces(t) > 0) enqueue(t, 1);
+    }
+    for (const Void& found : voids) {
+      if (found.volume < options_.smallest_void) {
+        ++shut;
+      } else {
+        enqueue(found.seed, 1);
+      }
+    }
+    std::uint32_t step = 0;
+    std::int64_t carved = 0;
+    while (!heap_.empty()) {
+      const std::uint32_t t = pop();
+      if (step_[t] != kNeverCarved) continue;
+      carve_from(t, ++step);
+      carved += static_cast<std::int64_t>(now_.size());
+      if (carved >= kReportEvery) {
+        stage.advance(carved);
+        carved = 0;
+      }
+    }
+    stage.advance(carved);
+    if (report != nullptr) {
+      report->shut_voids = shut;
+      measure(*report);
+    }
+    return std::move(step_);
+  }
+
+  static std::uint64_t memory(std::uint32_t tetrahedra) {
+    return std::uint64_t{tetrahedra} * (sizeof(double) + 2 * sizeof(std::uint32_t) + sizeof(Entry) + 1);
+  }
+
+ private:
+  static constexpr std::int64_t kReportEvery = 1 << 12;
+
+  struct Entry {
+    double priority = 0;
+    std::uint32_t tetrahedron = 0;
+
+      bool operator<(const Entry& other) const {  // the greatest is carved first
+      return priority != other.priority ? priority < other.priority : tetrahedron > other.tetrahedron;
+    }
+  };
+
+  /// Logarithms of the priorities without their depth, and of distances where those are the depth.
+  void compute_quality() {
+    std::optional<AabbTree> hull;
+    double mean_edge = 0;
+    if (options_.depth_power > 0 && options_.depth_measure == DepthMeasure::kDistance) {
+      TriangleSoup surface;
+      surface.positions = mesh_.points;
+      for (std::uint32_t ghost = mesh_.first_ghost; ghost < mesh_.size(); ++ghost) {
+        surface.triangles.push_back(mesh_.face(ghost, 3));
+      }
+      hull.emplace(surface);
+      mean_edge = mean_edge_length();
+    }
+    constexpr std::int64_t kGrain = 1 << 12;
+    parallel_for(context_, 0, mesh_.first_ghost, kGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto t = static_cast<std::uint32_t>(begin); t < static_cast<std::uint32_t>(end); ++t) {
+        rank_[t] = log_quality(t);
+        if (!hull) continue;
+        const double squared = hull->nearest(centroid(mesh_.points, mesh_.corners[t])).squared_distance;
+        rank_[t] -= options_.depth_power * portable_log(1 + std::sqrt(squared) / mean_edge);
+      }
+    });
+  }
+
+  double log_quality(std::uint32_t t) const {
+    const TetrahedronCorners& corners = mesh_.corners[t];
+    switch (options_.priority) {
+      case CarvingPriority::kVolume:
+        return portable_log(std::abs(volume(mesh_.points, corners)));
+      case CarvingPriority::kCircumradiusRatio: {
+        const std::array<double, 6> squared = squared_edges(mesh_.points, corners);
+        const double shortest = std::sqrt(*std::ranges::min_element(squared));
+        return portable_log(shortest / circumradius(mesh_.points, corners));
+      }
+      case CarvingPriority::kLongestEdge:
+        break;
+    }
+    return 0.5 * portable_log(longest_edge_squared(mesh_.points, corners));
+  }
+
+  double mean_edge_length() const {
+    double sum = 0;
+    for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
+      for (const double squared : squared_edges(mesh_.points, mesh_.corners[t])) sum += std::sqrt(squared);
+    }
+    return mesh_.first_ghost == 0 ? 1 : sum / (6.0 * mesh_.first_ghost);
+  }
+
+  /// dC,M(t) of [HE10, 3]: faces on the outside that are not M's.
+  int outer_faces(std::uint32_t t) const {
+    int count = 0;
+    for (int i = 0; i < 4; ++i) {
+      count += !mesh_.is_barrier(t, i) && step_[mesh_.neighbors[t][static_cast<std::size_t>(i)]] != kNeverCarved;
+    }
+    return count;
+  }
+
+  void enqueue(std::uint32_t t, std::uint32_t depth) {
+    depth_[t] = depth;
+    double priority = rank_[t];
+    if (options_.depth_power > 0 && options_.depth_measure == DepthMeasure::kLevel) {
+      priority -= options_.depth_power * portable_log(depth);
+    }
+    heap_.push_back({priority, t});
+    std::push_heap(heap_.begin(), heap_.end());
+  }
+
+  std::uint32_t pop() {
+    std::pop_heap(heap_.begin(), heap_.end());
+    const std::uint32_t t = heap_.back().tetrahedron;
+    heap_.pop_back();
+    return t;
+  }
+
+  /// One step: `first`, what lies within the breadth of it, and what that exposes.
+  void carve_from(std::uint32_t first, std::uint32_t step) {
+    now_.clear();
+    mark(first, step, depth_[first]);
+    if (options_.breadth > 0) {
+      const Point center = centroid(mesh_.points, mesh_.corners[first]);
+      const double reach = options_.breadth * options_.breadth;
+      for (std::size_t next = 0; next < now_.size(); ++next) {
+        for_each_beyond(now_[next], [&](std::uint32_t t) {
+          if ((centroid(mesh_.points, mesh_.corners[t]) - center).squaredNorm() <= reach) {
+            mark(t, step, depth_of(t, now_[next]));
+          }
+        });
+      }
+    }
+    for (std::size_t next = 0; next < now_.size(); ++next) {
+      for_each_beyond(now_[next], [&](std::uint32_t t) {
+        if (options_.exposed && outer_faces(t) > 1) {
+          mark(t, step, depth_of(t, now_[next]));
+        } else if (depth_[t] == 0) {
+          enqueue(t, depth_[now_[next]] + 1);
+        }
+      });
+    }
+  }
+
+  /// Of a tetrahedron that may have been carvable before.
+  std::uint32_t depth_of(std::uint32_t t, std::uint32_t exposer) const {
+    return depth_[t] != 0 ? depth_[t] : depth_[exposer] + 1;
+  }
+
+  void mark(std::uint32_t t, std::uint32_t step, std::uint32_t depth) {
+    step_[t] = step;
+    depth_[t] = depth;
+    now_.push_back(t);
+  }
+
+  /// The neighbours not carved yet that a way leads to.
+  template <class Visit>
+  void for_each_beyond(std::uint32_t t, const Visit& visit) const {
+    for (int i = 0; i < 4; ++i) {
+      if (mesh_.is_barrier(t, i)) continue;
+      const std::uint32_t beyond = mesh_.neighbors[t][static_cast<std::size_t>(i)];
+      if (step_[beyond] == kNeverCarved) visit(beyond);
+    }
+  }
+
+  void measure(CarvingReport& report) const {
+    // Least numbers of tetrahedra from the hull, and in a void from its seed.
+    std::vector<std::uint32_t> least(mesh_.first_ghost, 0);
+    std::vector<std::uint32_t> queue;
+    const auto enter = [&](std::uint32_t t, std::uint32_t depth) {
+      if (least[t] != 0) return;
+      least[t] = depth;
+      queue.push_back(t);
+    };
+    for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
+      if (depth_[t] == 1) enter(t, 1);
+    }
+    double ratio = 0;
+    std::int64_t carved = 0;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      const std::uint32_t t = queue[next];
+      if (step_[t] != kNeverCarved) {
+        ratio += static_cast<double>(depth_[t]) / least[t];
+        ++carved;
+      }
+      for (int i = 0; i < 4; ++i) {
+        const std::uint32_t beyond = mesh_.neighbors[t][static_cast<std::size_t>(i)];
+        if (!mesh_.is_barrier(t, i) && !mesh_.is_ghost(beyond)) enter(beyond, least[t] + 1);
+      }
+    }
+    if (carved > 0) report.snaking = ratio / static_cast<double>(carved);
+    report.spiking = spiking_share();
+  }
+
+  /// A step spikes when its first tetrahedron has one face on the outside, and lies deeper behind it than twice that
+  /// face's longest edge.
+  double spiking_share() const {
+    std::int64_t spikes = 0;
+    std::int64_t carved = 0;
+    for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
+      if (step_[t] == kNeverCarved) continue;
+      ++carved;
+      int earlier = 0;
+      int open_face = 0;
+      for (int i = 0; i < 4; ++i) {
+        const std::uint32_t beyond = mesh_.neighbors[t][static_cast<std::size_t>(i)];
+        if (mesh_.is_barrier(t, i) || step_[beyond] >= step_[t]) continue;
+        ++earlier;
+        open_face = i;
+      }
+      if (earlier != 1) continue;
+      const Triangle face = mesh_.face(t, open_face);
+      const Point& a = mesh_.points[face[0]];
+      const Point& b = mesh_.points[face[1]];
+      const Point& c = mesh_.points[face[2]];
+      const Point& apex = mesh_.points[mesh_.corners[t][static_cast<std::size_t>(open_face)]];
+      const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+      const Point normal = (b - a).cross(c - a);
+      const double height = normal.dot(apex - a);  // times the normal's length
+      spikes += height * height > 4 * longest * normal.squaredNorm();
+    }
+    return carved == 0 ? 0 : static_cast<double>(spikes) / static_cast<double>(carved);
+  }
+
+  const Complement& mesh_;
+  const CarvingOptions& options_;
+  RunContext& context_;
+  std::vector<double> rank_;
+  std::vector<std::uint32_t> depth_;  ///< in levels; 0 until it is carvable
+  std::vector<std::uint32_t> step_;
+  std::vector<Entry> heap_;
+  std::vector<std::uint32_t> now_;  ///< carved in this step
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> carve(const Complement& complement, const std::vector<Void>& voids,
+                                 const CarvingOptions& options, RunContext& context, CarvingReport* report) {
+  return Carver(complement, options, context).run(voids, report);
+}
+
+}  // namespace voxcarve
