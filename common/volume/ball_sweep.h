@@ -19,7 +19,8 @@ struct Features {
 };
 
 /// The voxels that lie within sqrt(`squared_reach`) voxels of a feature, as set bits; with `inverted`, all others.
-/// Exact in integers. Balls are disks on a single slice. `squared_reach` is at most kLargestSweptReach.
+/// Exact in integers. Balls are disks on a single slice. `squared_reach` is at most kLargestSweptReach. Rows of
+/// slices are shared out among threads, so that an image is too; cancellation is checked at every row.
 BitVolume within_reach(const BitVolume& volume, const Features& features, std::int64_t squared_reach, bool inverted,
                        RunContext& context);
 

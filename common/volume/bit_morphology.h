@@ -22,9 +22,10 @@ Index3 ball_margin(const Index3& dims, double distance);
 // What they hold is told by `morphology_memory`; they throw ResourceError when that and their argument exceed the
 // memory budget, or beyond a radius of 180 voxels a side 26,752 voxels.
 
-/// Bytes that dilating or eroding a volume of these dimensions holds at once beside it, the result among them: up to a
-/// radius of 180 voxels one volume of bits and as many slices of bytes as twice the radius or 17 more, beyond that 5
-/// bytes a voxel of a grid with a layer of voxels around it. Opening and closing hold another volume of bits.
+/// Bytes that dilating or eroding a volume of these dimensions holds at once beside it, the result among them. Up to a
+/// radius of r = 180 voxels that is a volume of bits and r + max(r, 16) + 1 slices of bytes, or all there are and one;
+/// beyond it 5 bytes a voxel of a grid with a layer of voxels around it. Opening and closing hold another volume of
+/// bits.
 std::uint64_t morphology_memory(const Index3& dims, std::int64_t reach);
 
 /// The voxels within the ball's reach of a set one.

@@ -90,7 +90,7 @@ class Carver {
     double priority = 0;
     std::uint32_t tetrahedron = 0;
 
-      bool operator<(const Entry& other) const {  // the greatest is carved first
+    bool operator<(const Entry& other) const {  // the greatest is carved first
       return priority != other.priority ? priority < other.priority : tetrahedron > other.tetrahedron;
     }
   };

@@ -25,9 +25,9 @@ struct CarvingOptions {
   CarvingPriority priority = CarvingPriority::kLongestEdge;
   double depth_power = 0;  ///< dp of [HE10, eq. 2]: priorities are divided by depth^dp
   DepthMeasure depth_measure = DepthMeasure::kLevel;
-  double breadth = 0;          ///< bp of [HE10, 5.4], model units: a step carves all within so far of its centroid
-  bool exposed = true;         ///< carve at once what has two faces or more on the outside [HE10, 3.4]
-  double smallest_void = 0;    ///< cubed model units; smaller voids are left shut
+  double breadth = 0;        ///< bp of [HE10, 5.4], model units: a step carves all within so far of its centroid
+  bool exposed = true;       ///< carve at once what has two faces or more on the outside [HE10, 3.4]
+  double smallest_void = 0;  ///< cubed model units; smaller voids are left shut
 };
 
 /// What carving says of itself, beside the order.

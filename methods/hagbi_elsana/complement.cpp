@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <string>
 
@@ -75,7 +76,7 @@ class Classifier {
 
   Classification run(InsideRule rule) {
     const auto count = static_cast<std::uint32_t>(input_.tetrahedra.size());
-    constexpr std::uint64_t kBytes = 4 * 4 + 4 + 1 + 4 + 4;   // walls, region, inside, number, stack
+    constexpr std::uint64_t kBytes = 4 * 4 + 4 + 1 + 4 + 4;  // walls, region, inside, number, stack
     constexpr std::uint64_t kOutput = 16 + 16 + 1;
     context_.require_memory(std::uint64_t{count} * (kBytes + kOutput) + input_.facets.size() * 24, "classification");
     Stage stage(context_, "classification", 5);
@@ -107,7 +108,9 @@ class Classifier {
             corner[static_cast<std::size_t>(order[2])]};
   }
   std::int32_t neighbor(std::uint32_t t, int i) const { return input_.neighbors[t][static_cast<std::size_t>(i)]; }
-  std::uint32_t facet_at(std::uint32_t t, int i) const { return facet_at_[4 * std::size_t{t} + static_cast<std::size_t>(i)]; }
+  std::uint32_t facet_at(std::uint32_t t, int i) const {
+    return facet_at_[4 * std::size_t{t} + static_cast<std::size_t>(i)];
+  }
 
   void find_walls() {
     const FacetTable table(input_.facets);
@@ -227,13 +230,37 @@ class Classifier {
 
   void decide_by_winding_number() {
     const WindingNumber winding(model_, multiplicity_);
+    constexpr std::uint8_t kUndecided = 2;
     constexpr std::int64_t kGrain = 256;
-    parallel_for(context_, 0, static_cast<std::int64_t>(inside_.size()), kGrain,
-                 [&](std::int64_t begin, std::int64_t end) {
-                   for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-                     inside_[t] = std::abs(winding.at(centroid(input_.points, input_.tetrahedra[t]))) > 0.5;
-                   }
-                 });
+    parallel_for(context_, 0, std::ssize(inside_), kGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+        const TetrahedronCorners& corners = input_.tetrahedra[t];
+        const bool inside = std::abs(winding.at(centroid(input_.points, corners))) > 0.5;
+        inside_[t] = is_flat(corners) ? kUndecided : inside;
+      }
+    });
+    // The centroid of a flat one, between coplanar triangles, lies on the surface: it is where its neighbours are.
+    std::vector<std::uint32_t> queue;
+    for (std::uint32_t t = 0; t < inside_.size(); ++t) {
+      if (inside_[t] != kUndecided) queue.push_back(t);
+    }
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      for (int i = 0; i < 4; ++i) {
+        const std::int32_t beyond = neighbor(queue[next], i);
+        if (beyond < 0 || facet_at(queue[next], i) != kNone) continue;
+        std::uint8_t& other = inside_[static_cast<std::size_t>(beyond)];
+        if (other != kUndecided) continue;
+        other = inside_[queue[next]];
+        queue.push_back(static_cast<std::uint32_t>(beyond));
+      }
+    }
+    std::ranges::replace(inside_, kUndecided, std::uint8_t{0});
+  }
+
+  bool is_flat(const TetrahedronCorners& corners) const {
+    constexpr double kFlat = 1e-9;  // of a cube on the longest edge; rounding leaves less
+    const double longest = std::sqrt(longest_edge_squared(input_.points, corners));
+    return std::abs(volume(input_.points, corners)) < kFlat * longest * longest * longest;
   }
 
   void number_outside() {
@@ -251,7 +278,8 @@ class Classifier {
     made.points = input_.points;
     made.model_points = static_cast<std::uint32_t>(input_.points.size() - input_.steiner_points);
     std::uint32_t hull_faces = 0;
-    for (const auto& around : input_.neighbors) hull_faces += static_cast<std::uint32_t>(std::ranges::count(around, -1));
+    for (const auto& around : input_.neighbors)
+      hull_faces += static_cast<std::uint32_t>(std::ranges::count(around, -1));
     const std::size_t size = std::size_t{made.first_ghost} + hull_faces;
     made.corners.reserve(size);
     made.neighbors.reserve(size);

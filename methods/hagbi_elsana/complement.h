@@ -57,13 +57,13 @@ enum class InsideRule {
 
 struct Classification {
   Complement complement;
-  std::vector<Void> voids;                ///< in the order of their seeds
-  std::uint32_t tetrahedra = 0;           ///< of the whole hull
+  std::vector<Void> voids;       ///< in the order of their seeds
+  std::uint32_t tetrahedra = 0;  ///< of the whole hull
   std::uint32_t hull_faces = 0;
   std::uint32_t hull_points = 0;
-  std::int64_t folds = 0;                 ///< walls with the outside on both sides
-  std::int64_t nested_regions = 0;        ///< inside, with a winding number other than 1 and -1
-  std::int64_t contradictory_regions = 0; ///< where parity had to decide
+  std::int64_t folds = 0;                  ///< walls with the outside on both sides
+  std::int64_t nested_regions = 0;         ///< inside, with a winding number other than 1 and -1
+  std::int64_t contradictory_regions = 0;  ///< where parity had to decide
 };
 
 /// Tells inside from outside by counting walls on the way from the hull, without arithmetic on coordinates [HE10, 3.2].

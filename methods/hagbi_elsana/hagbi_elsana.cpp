@@ -62,9 +62,10 @@ MethodInfo make_info() {
       ParameterSpec::real("smallest_void", "diag^3", 0, 1, 0, "enclosed voids of less volume are left shut"),
       ParameterSpec::integer("decimate", "triangles", 0, 1000000000, 0,
                              "first collapse the model's edges, keeping its topology, down to so many; 0: leave it"),
-      ParameterSpec::integer("rounds", "", 1, 16, 1,
-                             "with decimate: reach it in so many rounds, each of collapses and of carving away the last "
-                             "vertices"),
+      ParameterSpec::integer(
+          "rounds", "", 1, 16, 1,
+          "with decimate: reach it in so many rounds, each of collapses and of carving away the last "
+          "vertices"),
       ParameterSpec::real("tetgen_seconds", "s", 0.001, 1e6, 600, "limit of TetGen's time"),
       ParameterSpec::real("tetgen_memory", "GiB", 0, 1e6, 0, "limit of TetGen's memory; 0: the memory budget"),
   };
@@ -131,13 +132,12 @@ class HagbiElSana final : public Method {
     const ValidComplex valid = make_valid_complex(surface, complex_options(parameters), context);
     const InsideRule rule =
         parameters.choice("open_mesh") == "solidify" ? InsideRule::kWindingNumber : InsideRule::kWinding;
-    Classification classified =
-        classify(valid.tetrahedralization, valid.complex, valid.multiplicity, rule, context);
+    Classification classified = classify(valid.tetrahedralization, valid.complex, valid.multiplicity, rule, context);
     tell(valid, classified, context);
     CarvingReport report;
     std::vector<std::uint32_t> steps =
-        carve(classified.complement, classified.voids,
-              carving_options(parameters, bounds(valid.complex).diagonal()), context, &report);
+        carve(classified.complement, classified.voids, carving_options(parameters, bounds(valid.complex).diagonal()),
+              context, &report);
     context.notice(fmt::format("snaking {:.3f}, spiking {:.4f}", report.snaking, report.spiking));
     if (report.shut_voids > 0) context.notice(std::to_string(report.shut_voids) + " voids were left shut");
     return std::make_shared<const CarvingStream>(std::move(classified.complement), std::move(steps),

@@ -59,7 +59,8 @@ class StreamChecker {
         }
       }
     }
-    add("the first level is convex, one component of genus 0", convex && topology.components == 1 && topology.genus == 0,
+    add("the first level is convex, one component of genus 0",
+        convex && topology.components == 1 && topology.genus == 0,
         number(stream_.vertices(0)) + " vertices, " + std::to_string(topology.components) + " components, genus " +
             (topology.genus ? std::to_string(*topology.genus) : topology.genus_reason));
   }
@@ -68,8 +69,8 @@ class StreamChecker {
     std::size_t inverted = 0;
     for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
       const TetrahedronCorners& c = mesh_.corners[t];
-      inverted += orientation(mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]], mesh_.points[c[3]]) !=
-                  CGAL::POSITIVE;
+      inverted +=
+          orientation(mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]], mesh_.points[c[3]]) != CGAL::POSITIVE;
     }
     context_.check_cancelled();
     add("solids are nested, their volume falls", inverted == 0,
@@ -147,7 +148,8 @@ class StreamChecker {
       for (int i = 0; i < 4; ++i) {
         if (!mesh_.is_wall(t, i)) continue;
         const Triangle face = mesh_.face(t, i);
-        bare += !std::ranges::binary_search(seen, key(mesh_.points[face[0]], mesh_.points[face[1]], mesh_.points[face[2]]));
+        bare +=
+            !std::ranges::binary_search(seen, key(mesh_.points[face[0]], mesh_.points[face[1]], mesh_.points[face[2]]));
       }
     }
     return bare;
@@ -169,8 +171,8 @@ class StreamChecker {
     for (std::uint32_t t = 0; t < mesh_.size(); ++t) {
       left += stream_.steps()[t] == kNeverCarved;
       for (int i = 0; i < 4 && stream_.steps()[t] != kNeverCarved; ++i) {
-        foreign += !mesh_.is_barrier(t, i) &&
-                   stream_.steps()[mesh_.neighbors[t][static_cast<std::size_t>(i)]] == kNeverCarved;
+        foreign +=
+            !mesh_.is_barrier(t, i) && stream_.steps()[mesh_.neighbors[t][static_cast<std::size_t>(i)]] == kNeverCarved;
       }
     }
     add("the last level is the model's boundary", foreign == 0,

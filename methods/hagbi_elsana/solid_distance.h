@@ -9,8 +9,8 @@ namespace voxcarve {
 
 /// The first step whose solid C_i lies within `distance` (model units) of the model: no point of it is farther from M.
 /// Certified: distances between sampled points are bounded, so the step is never too early; it may come later than
-/// need be where the greatest distance exceeds `distance` by less than 1 in 1,000. Nothing when no step does, because of
-/// voids that were left shut. Throws Cancelled.
+/// need be where the greatest distance exceeds `distance` by less than 1 in 1,000. Nothing when no step does, because
+/// of voids that were left shut. Throws Cancelled.
 std::optional<std::uint32_t> step_within(const CarvingStream& stream, double distance, RunContext& context);
 
 }  // namespace voxcarve

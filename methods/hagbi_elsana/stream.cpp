@@ -183,9 +183,8 @@ std::vector<std::uint32_t> CarvingStream::closed_components() const {
   }
   std::vector<std::uint32_t> by_step(complement_.first_ghost);
   for (std::uint32_t t = 0; t < complement_.first_ghost; ++t) by_step[t] = t;
-  std::ranges::sort(by_step, [&](std::uint32_t a, std::uint32_t b) {
-    return step_[a] != step_[b] ? step_[a] > step_[b] : a < b;
-  });
+  std::ranges::sort(
+      by_step, [&](std::uint32_t a, std::uint32_t b) { return step_[a] != step_[b] ? step_[a] > step_[b] : a < b; });
   std::vector<std::uint32_t> result(std::size_t{last_step_} + 1);
   std::size_t next = 0;
   for (std::uint32_t s = last_step_ + 1; s-- > 0;) {

@@ -16,9 +16,9 @@ namespace voxcarve {
 /// voids that were left shut. Queries are const and may run on several threads at once.
 ///
 /// A face of a tetrahedron lies on the boundary of C_i, seen from within the tetrahedron, from the step that carves it
-/// until the one that carves its neighbour; for ever, if it lies in the model. Faces are kept in the order in which they
-/// come; lists of all faces at some steps, one whenever as many have come since the last as there are, make extraction
-/// linear in what is extracted and take no more memory than the faces themselves.
+/// until the one that carves its neighbour; for ever, if it lies in the model. Faces are kept in the order in which
+/// they come; lists of all faces at some steps, one whenever as many have come since the last as there are, make
+/// extraction linear in what is extracted and take no more memory than the faces themselves.
 class CarvingStream {
  public:
   /// `step` is what `carve` gives; `provenance` is any text, kept with the stream. Throws InputError when `step`
@@ -74,8 +74,8 @@ class CarvingStream {
   std::vector<std::uint32_t> step_;
   std::string provenance_;
   std::uint32_t last_step_ = 0;
-  std::vector<std::uint32_t> order_;       ///< faces (4 t + i) in the order in which they come
-  std::vector<std::size_t> first_of_step_; ///< in order_; last_step_ + 2 of them
+  std::vector<std::uint32_t> order_;        ///< faces (4 t + i) in the order in which they come
+  std::vector<std::size_t> first_of_step_;  ///< in order_; last_step_ + 2 of them
   std::vector<std::uint32_t> vertices_;
   std::vector<std::uint32_t> triangles_;
   std::vector<std::uint32_t> levels_;

@@ -145,8 +145,9 @@ void write_stream(const CarvingStream& stream, const std::filesystem::path& path
   AtomicFile file(path);
   Writer writer(file);
   writer.put_text(kMagic);
-  for (const std::size_t number : {std::size_t{kVersion}, stream.provenance().size(), mesh.points.size(),
-                                   std::size_t{mesh.model_points}, mesh.corners.size(), std::size_t{mesh.first_ghost}}) {
+  for (const std::size_t number :
+       {std::size_t{kVersion}, stream.provenance().size(), mesh.points.size(), std::size_t{mesh.model_points},
+        mesh.corners.size(), std::size_t{mesh.first_ghost}}) {
     writer.put(static_cast<std::uint32_t>(number));
   }
   writer.put_text(stream.provenance());

@@ -109,7 +109,9 @@ void run_tetgen(const TriangleSoup& complex, const CompactComplex& shape, FacetS
   try {
     fill(*input, complex, shape);
     // p a complex, c all of its hull, Y no splitting, T tolerance, J keep the numbering, Q quiet, n neighbours.
-    std::string switches = splitting == FacetSplitting::kNone ? "pcYJQn" : "pcT1e-14JQn";
+    std::string switches = splitting == FacetSplitting::kNone       ? "pcYJQn"
+                           : splitting == FacetSplitting::kNoneNear ? "pcYT1e-14JQn"
+                                                                    : "pcT1e-14JQn";
     ::tetrahedralize(switches.data(), input, output, nullptr, nullptr);
     report.points = static_cast<std::uint64_t>(output->numberofpoints);
     report.tetrahedra = static_cast<std::uint64_t>(output->numberoftetrahedra);
@@ -281,6 +283,26 @@ void take_facets(const Answer& answer, const CompactComplex& shape, FacetSplitti
   }
 }
 
+/// Split facets are not always faces of tetrahedra, where points nearly coincide; whole ones are.
+void require_faces(const Tetrahedralization& result) {
+  const auto sorted = [](Triangle t) {
+    std::ranges::sort(t);
+    return t;
+  };
+  std::vector<Triangle> faces;
+  faces.reserve(4 * result.tetrahedra.size());
+  for (const auto& [a, b, c, d] : result.tetrahedra) {
+    for (const Triangle& face : {Triangle{a, b, c}, Triangle{a, b, d}, Triangle{a, c, d}, Triangle{b, c, d}}) {
+      faces.push_back(sorted(face));
+    }
+  }
+  std::ranges::sort(faces);
+  for (std::size_t f = 0; f < result.facets.size(); ++f) {
+    if (std::ranges::binary_search(faces, sorted(result.facets[f]))) continue;
+    throw_refused("it lost a part of triangle " + std::to_string(result.facet_source[f]));
+  }
+}
+
 /// TetGen orders the corners of all tetrahedra by one rule; which one, the sense of most of a few of them tells, for a
 /// single one may have been turned inside out when a Steiner point was rounded.
 bool negatively_oriented(const Tetrahedralization& result) {
@@ -333,6 +355,7 @@ Tetrahedralization tetrahedralize(const TriangleSoup& model, FacetSplitting spli
     for (auto& cell : result.neighbors) std::swap(cell[0], cell[1]);
   }
   take_facets(answer, shape, splitting, index_of, result);
+  if (splitting == FacetSplitting::kAllowed) require_faces(result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - child_limits.start).count();
   return result;
 }

@@ -34,8 +34,9 @@ struct Tetrahedralization {
 };
 
 enum class FacetSplitting {
-  kNone,    ///< every triangle stays whole; Steiner points lie off the triangles (TetGen's pcYQn)
-  kAllowed  ///< Steiner points may split triangles, and points closer than usual are told apart (pcT1e-14Qn)
+  kNone,      ///< every triangle stays whole; Steiner points lie off the triangles (TetGen's pcYQn)
+  kNoneNear,  ///< the same, and points closer than usual are told apart (pcYT1e-14Qn)
+  kAllowed    ///< Steiner points may split triangles, and points closer than usual are told apart (pcT1e-14Qn)
 };
 
 struct TetgenLimits {
@@ -60,8 +61,8 @@ class TetgenFailure : public MethodFailure {
   Kind kind_;
 };
 
-/// Tetrahedralizes the convex hull of the points that triangles use and of `more_points`, so that the triangles are unions of faces (with
-/// FacetSplitting::kNone: are faces).
+/// Tetrahedralizes the convex hull of the points that triangles use and of `more_points`, so that the triangles are
+/// unions of faces (with FacetSplitting::kNone and kNoneNear: are faces).
 ///
 /// Two triangles may meet only in a common vertex or edge; coincident ones count once, as the first. Triangles without
 /// an area are refused. Coordinates may be of any size: multiplying them by a power of two changes nothing else. The

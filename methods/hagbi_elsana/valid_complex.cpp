@@ -55,7 +55,8 @@ class Pipeline {
       run();
       return true;
     } catch (const TetgenFailure& failure) {
-      // More of the same will not do better, and nothing makes a flat model solid.
+      // Nothing makes a flat model solid; and what a result looks like must not depend on the machine's speed or
+      // memory.
       if (failure.kind() == TetgenFailure::Kind::kTimeLimit || failure.kind() == TetgenFailure::Kind::kMemoryLimit ||
           failure.kind() == TetgenFailure::Kind::kFlat) {
         throw;
@@ -82,10 +83,11 @@ class Pipeline {
       result_.tetrahedralization.steiner_points += corners.size();  // as much the model's as those
     };
     if (attempt("triangles whole", [&] { tetrahedralize_with(FacetSplitting::kNone); })) return;
+    if (attempt("close points told apart", [&] { tetrahedralize_with(FacetSplitting::kNoneNear); })) return;
     tetrahedralize_with(FacetSplitting::kAllowed);
     const auto facets = static_cast<std::int64_t>(result_.tetrahedralization.facets.size());
-    context_.notice("TetGen could not keep the model's triangles whole (" + reasons_ + "): " +
-                    with_thousands(static_cast<std::int64_t>(result_.complex.triangles.size())) + " became " +
+    context_.notice("TetGen could not keep the model's triangles whole (" + reasons_ +
+                    "): " + with_thousands(static_cast<std::int64_t>(result_.complex.triangles.size())) + " became " +
                     with_thousands(facets));
   }
 
@@ -95,9 +97,10 @@ class Pipeline {
     const std::string before = reasons_;
     arrange_and_tetrahedralize(wrapped, false);
     result_.wrapped = true;
-    context_.notice(fmt::format("the model could not be tetrahedralized ({}), so it was shrink-wrapped: vertices are the "
-                                "wrap's, openings under {} of the diagonal are closed",
-                                before, kWrapAlpha));
+    context_.notice(
+        fmt::format("the model could not be tetrahedralized ({}), so it was shrink-wrapped: vertices are the "
+                    "wrap's, openings under {} of the diagonal are closed",
+                    before, kWrapAlpha));
   }
 
   std::vector<Point> box_corners() const {

@@ -359,7 +359,7 @@ TEST_F(TetgenChild, FlatInputIsRefused) {
   square.positions = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   square.triangles = {{0, 1, 2}, {0, 2, 3}};
   std::string message;
-  EXPECT_EQ(failure_of(square, {}, &message), Kind::kRefused);
+  EXPECT_EQ(failure_of(square, {}, &message), Kind::kFlat);
   EXPECT_NE(message.find("in a plane"), std::string::npos) << message;
   square.positions[3][2] = std::nextafter(1.0, 2.0);  // the least volume there is, and still not flat
   EXPECT_NO_FATAL_FAILURE({
