@@ -17,6 +17,8 @@ std::vector<Contest> morphology_contests(const Scope& scope);
 std::vector<Contest> reduction_contests(const Scope& scope);
 /// The paper's blade from polygons to 200 triangles, stage by stage, and what it takes of memory.
 std::vector<Contest> pipeline_contests(const Scope& scope);
+/// Carving beside TetGen, its growth and memory, and extraction from a stream.
+std::vector<Contest> carving_contests(const Scope& scope);
 /// Metrics, without a peer here.
 std::vector<Contest> other_contests(const Scope& scope);
 

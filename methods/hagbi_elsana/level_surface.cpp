@@ -2,7 +2,8 @@
 #include "methods/hagbi_elsana/level_surface.h"
 
 #include <algorithm>
-#include <bit>
+#include <span>
+#include <utility>
 
 #include "methods/hagbi_elsana/tetrahedron.h"
 
@@ -25,6 +26,7 @@ class SurfaceMaker {
 
   TriangleSoup run() {
     find_corners();
+    glue_pairs();
     glue_wedges();
     number_fans();
     while (reglue_doubled_edges()) number_fans();
@@ -67,17 +69,61 @@ class SurfaceMaker {
     }
   }
 
+  /// Nearly all edges have two sides, which are one wedge's: glued by their ends alone. Sides of others are listed.
+  void glue_pairs() {
+    glued_.assign(corner_.size(), kNone);
+    // Sides by the smaller of their ends, in buckets that begin where `counts` says once they are full.
+    std::vector<std::uint32_t>& counts = places_.counts();
+    std::vector<std::uint32_t> lows;
+    for (std::uint32_t side = 0; side < sides(); ++side) {
+      if (counts[low(side)]++ == 0) lows.push_back(low(side));
+    }
+    std::vector<std::uint32_t> begin(lows.size() + 1, 0);
+    for (std::size_t l = 0; l < lows.size(); ++l) {
+      begin[l + 1] = begin[l] + counts[lows[l]];
+      counts[lows[l]] = begin[l];
+    }
+    std::vector<std::uint64_t> bucketed(corner_.size());  // the larger end and the side
+    for (std::uint32_t side = 0; side < sides(); ++side) {
+      const std::uint32_t high = std::max(start(side), end(side));
+      bucketed[counts[low(side)]++] = std::uint64_t{high} << 32 | side;
+    }
+    for (const std::uint32_t point : lows) counts[point] = 0;
+    parallel_for(context_, 0, std::ssize(lows), kGrain, [&](std::int64_t first, std::int64_t last) {
+      for (auto l = static_cast<std::size_t>(first); l < static_cast<std::size_t>(last); ++l) {
+        glue_bucket(std::span(bucketed).subspan(begin[l], begin[l + 1] - begin[l]));
+      }
+    });
+    for (std::uint32_t side = 0; side < sides(); ++side) {
+      if (glued_[side] == kNone) singular_.push_back(side);
+    }
+  }
+
+  std::uint32_t low(std::uint32_t side) const { return std::min(start(side), end(side)); }
+
+  void glue_bucket(std::span<std::uint64_t> bucket) {
+    std::ranges::sort(bucket);
+    for (std::size_t i = 0; i < bucket.size();) {
+      std::size_t next = i + 1;
+      while (next < bucket.size() && bucket[next] >> 32 == bucket[i] >> 32) ++next;
+      if (next == i + 2) {
+        const auto one = static_cast<std::uint32_t>(bucket[i]);
+        const auto other = static_cast<std::uint32_t>(bucket[i + 1]);
+        glued_[one] = other;
+        glued_[other] = one;
+      }
+      i = next;
+    }
+  }
+
   void glue_wedges() {
-    glued_.resize(corner_.size());
-    parallel_for(context_, 0, std::ssize(faces_), kGrain, [&](std::int64_t begin, std::int64_t end) {
-      for (auto k = static_cast<std::uint32_t>(begin); k < static_cast<std::uint32_t>(end); ++k) {
-        for (std::uint32_t side = 3 * k; side < 3 * k + 3; ++side) {
-          const std::uint32_t third = corner_[next_side(next_side(side))];
-          const std::uint32_t other = 3 * places_[across_wedge(faces_[k], start(side), this->end(side), third)];
-          std::uint32_t twin = other;
-          while (start(twin) != this->end(side)) ++twin;  // sides of one wedge run against each other
-          glued_[side] = twin;
-        }
+    parallel_for(context_, 0, std::ssize(singular_), kGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
+        const std::uint32_t side = singular_[s];
+        const std::uint32_t third = corner_[next_side(next_side(side))];
+        std::uint32_t twin = 3 * places_[across_wedge(faces_[side / 3], start(side), this->end(side), third)];
+        while (start(twin) != this->end(side)) ++twin;  // sides of one wedge run against each other
+        glued_[side] = twin;
       }
     });
   }
@@ -101,35 +147,24 @@ class SurfaceMaker {
   /// wedge follows the other's, gluing across the solid between them instead cuts each end in two: as an end's fan
   /// passes the edge twice, it falls apart into what lies between. True when there was any.
   bool reglue_doubled_edges() {
-    const std::size_t mask = std::bit_ceil(corner_.size() + 1) - 1;
-    if (table_.size() != mask + 1) table_.assign(mask + 1, kNone);
+    const auto edge = [&](std::uint32_t side) { return std::pair(fan_[side], fan_[next_side(side)]); };
+    std::ranges::sort(singular_,
+                      [&](std::uint32_t a, std::uint32_t b) { return edge(a) != edge(b) ? edge(a) < edge(b) : a < b; });
     std::vector<std::uint8_t> is_cut(fans_, 0);  // looked at again in the next pass
     bool any = false;
-    for (std::uint32_t side = 0; side < sides(); ++side) {
-      if (fan_[side] > fan_[next_side(side)]) continue;  // its twin is looked at
-      const std::uint64_t edge = std::uint64_t{fan_[side]} << 32 | fan_[next_side(side)];
-      std::size_t slot = static_cast<std::size_t>((edge * 0x9e3779b97f4a7c15ULL) >> 20) & mask;
-      std::uint32_t met = kNone;
-      for (; table_[slot] != kNone; slot = (slot + 1) & mask) {
-        const std::uint32_t other = table_[slot];
-        if (fan_[other] == fan_[side] && fan_[next_side(other)] == fan_[next_side(side)]) {
-          met = other;
-          break;
-        }
-      }
-      if (met == kNone) {
-        table_[slot] = side;
-        continue;
-      }
-      // Exchange partners: (side, twin), (met, its twin) become (side, twin of met), (met, twin of side).
+    for (std::size_t s = 0; s + 1 < singular_.size(); ++s) {
+      const std::uint32_t side = singular_[s];
+      const std::uint32_t met = singular_[s + 1];
+      if (edge(side) != edge(met)) continue;
       any = true;
-      if (is_cut[fan_[side]] != 0 || is_cut[fan_[next_side(side)]] != 0) continue;
+      const auto [u, w] = edge(side);
+      if (is_cut[u] != 0 || is_cut[w] != 0) continue;
+      // Exchange partners: (side, twin), (met, its twin) become (side, twin of met), (met, twin of side).
       std::swap(glued_[side], glued_[met]);
       glued_[glued_[side]] = side;
       glued_[glued_[met]] = met;
-      is_cut[fan_[side]] = is_cut[fan_[next_side(side)]] = 1;
+      is_cut[u] = is_cut[w] = 1;
     }
-    if (any) std::ranges::fill(table_, kNone);
     return any;
   }
 
@@ -154,7 +189,7 @@ class SurfaceMaker {
   std::vector<std::uint32_t> glued_;   ///< the side that each side is glued to
   std::vector<std::uint32_t> fan_;     ///< vertex of the surface at which each side starts
   std::uint32_t fans_ = 0;
-  std::vector<std::uint32_t> table_;
+  std::vector<std::uint32_t> singular_;  ///< sides at edges of more than two faces
 };
 
 }  // namespace

@@ -9,16 +9,19 @@
 
 namespace voxcarve {
 
-/// Gives every face of a carved solid's boundary its place in a list. Reused from level to level, so that making a
-/// surface takes no time for what is not on it.
+/// Gives every face of a carved solid's boundary its place in a list, and every point a counter. Reused from level to
+/// level, so that making a surface takes no time for what is not on it.
 class FacePlaces {
  public:
-  explicit FacePlaces(std::size_t tetrahedra) : place_(4 * tetrahedra, 0) {}
+  FacePlaces(std::size_t tetrahedra, std::size_t points) : place_(4 * tetrahedra, 0), counts_(points, 0) {}
   std::uint32_t& operator[](std::uint32_t face) { return place_[face]; }
   std::uint32_t operator[](std::uint32_t face) const { return place_[face]; }
+  /// All zero, to be left so.
+  std::vector<std::uint32_t>& counts() { return counts_; }
 
  private:
   std::vector<std::uint32_t> place_;
+  std::vector<std::uint32_t> counts_;
 };
 
 /// The solid that is left of a complement after a step: whatever has a step of its own that is later.

@@ -200,7 +200,7 @@ std::vector<std::uint32_t> CarvingStream::closed_components() const {
 
 TriangleSoup CarvingStream::extract(std::uint32_t step, const RunContext* context) const {
   const RunContext alone;
-  auto places = pool_->places.take([&] { return FacePlaces(complement_.size()); });
+  auto places = pool_->places.take([&] { return FacePlaces(complement_.size(), complement_.points.size()); });
   TriangleSoup surface = level_surface({complement_, step_, step}, faces_at(step), *places, context ? *context : alone);
   pool_->places.give(std::move(places));
   return surface;
