@@ -40,33 +40,57 @@ struct Extracted {
   std::uint32_t step = 0;
   TriangleSoup surface;
   SurfaceTopology topology;
+  std::uint32_t closed_components = 0;
 };
 
 Extracted extract(const CarvingStream& stream, std::uint32_t step, const RunContext& context) {
-  Extracted result{step, stream.extract(step, &context), {}};
+  Extracted result{step, stream.extract(step, &context), {}, 0};
   result.topology = analyze_topology(result.surface);
   return result;
 }
 
-/// The finest level within all bounds. Genus and components rise and fall along the stream: every level is looked at,
-/// from the finest that the counts allow on down.
+/// Handles of a closed, oriented 2-manifold whose every vertex is used, as levels are: by Euler's formula, where each
+/// triangle has three halves of an edge.
+std::int64_t handles(const TriangleSoup& level) {
+  DisjointSets components(level.positions.size());
+  for (const Triangle& t : level.triangles) {
+    components.join(t[0], t[1]);
+    components.join(t[0], t[2]);
+  }
+  std::int64_t count = 0;
+  for (std::uint32_t v = 0; v < level.positions.size(); ++v) count += components.find(v) == v;
+  const std::int64_t characteristic = std::ssize(level.positions) - std::ssize(level.triangles) / 2;
+  return count - characteristic / 2;
+}
+
+/// The finest level within all bounds. Vertices, triangles and components of the closed set are known of every level;
+/// genus rises and falls along the stream, so levels are looked at from the finest of the others on down.
 Extracted finest_within(const CarvingStream& stream, const ExtractOptions& options, RunContext& context) {
-  const auto& levels = stream.levels();
-  const auto fits = [&](std::uint32_t step) {
-    return (options.vertices == 0 || stream.vertices(step) <= options.vertices) &&
-           (options.triangles == 0 || stream.triangles(step) <= options.triangles);
-  };
-  Stage stage(context, "levels", std::ssize(levels));
-  for (auto level = levels.rbegin(); level != levels.rend(); ++level) {
-    stage.advance(1);
-    if (!fits(*level)) continue;
-    if (options.genus < 0 && options.components == 0) return extract(stream, *level, context);
-    Extracted candidate = extract(stream, *level, context);
-    const SurfaceTopology& topology = candidate.topology;
-    if ((options.genus < 0 || (topology.genus && *topology.genus <= options.genus)) &&
-        (options.components == 0 || topology.components <= options.components)) {
-      return candidate;
+  const std::vector<std::uint32_t> components = stream.closed_components(context);
+  std::vector<std::uint32_t> candidates;
+  for (const std::uint32_t step : stream.levels()) {
+    if ((options.vertices == 0 || stream.vertices(step) <= options.vertices) &&
+        (options.triangles == 0 || stream.triangles(step) <= options.triangles) &&
+        (options.components == 0 || components[step] <= options.components)) {
+      candidates.push_back(step);
     }
+  }
+  std::ranges::reverse(candidates);
+  if (options.genus < 0 && !candidates.empty()) return extract(stream, candidates.front(), context);
+  Stage stage(context, "levels", std::ssize(candidates));
+  const std::int64_t together = 8 * std::max(context.threads, 1);
+  for (std::int64_t first = 0; first < std::ssize(candidates); first += together) {
+    const std::int64_t last = std::min(first + together, std::ssize(candidates));
+    std::vector<std::uint8_t> fits(static_cast<std::size_t>(last - first), 0);
+    parallel_for(context, first, last, 1, [&](std::int64_t i, std::int64_t) {
+      const TriangleSoup level = stream.extract(candidates[static_cast<std::size_t>(i)]);
+      fits[static_cast<std::size_t>(i - first)] = handles(level) <= options.genus;
+    });
+    const auto found = std::ranges::find(fits, 1);
+    if (found != fits.end()) {
+      return extract(stream, candidates[static_cast<std::size_t>(first + (found - fits.begin()))], context);
+    }
+    stage.advance(last - first);
   }
   throw MethodFailure("no level of the stream is within these bounds: the first has " +
                       with_thousands(stream.vertices(0)) + " vertices and " + with_thousands(stream.triangles(0)) +
@@ -104,7 +128,8 @@ void run(const ExtractOptions& options) {
   Session session(options.common);
   session.announce("extract");
   const CarvingStream stream = read_stream(options.stream, session.context());
-  const Extracted level = choose(stream, options, session.context());
+  Extracted level = choose(stream, options, session.context());
+  level.closed_components = stream.closed_components(session.context())[level.step];
   if (!options.output.empty()) write_mesh(level.surface, options.output);
   const auto last = stream.last_step();
   Json report = {{"program", "voxcarve " + version()},
@@ -118,6 +143,7 @@ void run(const ExtractOptions& options) {
                  {"vertices", stream.vertices(level.step)},
                  {"triangles", level.surface.triangles.size()},
                  {"components", level.topology.components},
+                 {"closed_components", level.closed_components},
                  {"genus", level.topology.genus ? Json(*level.topology.genus) : Json(level.topology.genus_reason)}};
   if (!options.output.empty()) report["output"] = options.output;
   session.print_timings(session.context().timings());
@@ -125,9 +151,10 @@ void run(const ExtractOptions& options) {
     print_json(report);
     return;
   }
-  fmt::print("step {} of {}: {} distinct vertices, {} triangles, {} component{}, genus {}{}\n", level.step, last,
-             with_thousands(stream.vertices(level.step)),
-             with_thousands(static_cast<std::int64_t>(level.surface.triangles.size())), level.topology.components,
+  fmt::print("step {} of {}: {} distinct vertices, {} triangles, {} solid{} in {} surface component{}, genus {}{}\n",
+             level.step, last, with_thousands(stream.vertices(level.step)),
+             with_thousands(static_cast<std::int64_t>(level.surface.triangles.size())), level.closed_components,
+             level.closed_components == 1 ? "" : "s", level.topology.components,
              level.topology.components == 1 ? "" : "s",
              level.topology.genus ? std::to_string(*level.topology.genus) : level.topology.genus_reason,
              options.output.empty() ? "" : " -> " + options.output);
@@ -150,7 +177,9 @@ void add_extract_command(CLI::App& app) {
   CLI::Option* genus = command->add_option("--genus", options->genus, "... with at most this many handles in all")
                            ->check(in_range(0, kLargestCount));
   CLI::Option* components =
-      command->add_option("--components", options->components, "... with at most this many surface components")
+      command
+          ->add_option("--components", options->components,
+                       "... whose solid has at most this many components (what touches in a point is one)")
           ->check(in_range(1, kLargestCount));
   CLI::Option* distance =
       command

@@ -180,6 +180,9 @@ void run(const RunOptions& options) {
     throw ParameterError(method.info().name + " makes no carving stream to write to " + options.output +
                          "; hagbi-elsana does");
   }
+  if (wants_stream && (options.level >= 0 || options.vertices > 0 || options.triangles > 0)) {
+    throw ParameterError(options.output + " takes the whole stream; voxcarve extract takes levels out of it");
+  }
   require_folder(options.output);
   require_folder(options.report);
   Session session(options.common);

@@ -41,8 +41,8 @@ class Carver {
       : mesh_(complement), options_(options), context_(context) {}
 
   std::vector<std::uint32_t> run(const std::vector<Void>& voids, CarvingReport* report) {
-    context_.require_memory(memory(mesh_.size()), "carving");
     Stage stage(context_, "carving", std::int64_t{mesh_.first_ghost});
+    context_.require_memory(memory(mesh_.size()), "carving");
     rank_.assign(mesh_.first_ghost, 0);
     depth_.assign(mesh_.first_ghost, 0);
     step_.assign(mesh_.size(), kNeverCarved);
@@ -80,7 +80,7 @@ class Carver {
   }
 
   static std::uint64_t memory(std::uint32_t tetrahedra) {
-    return std::uint64_t{tetrahedra} * (sizeof(double) + 2 * sizeof(std::uint32_t) + sizeof(Entry) + 1);
+    return std::uint64_t{tetrahedra} * (sizeof(double) + 2 * sizeof(std::uint32_t) + 2 * sizeof(Entry));
   }
 
  private:
@@ -95,7 +95,7 @@ class Carver {
     }
   };
 
-  /// Logarithms of the priorities without their depth, and of distances where those are the depth.
+  /// Priorities without their depth, or their logarithms where depth counts, distances as depth included.
   void compute_quality() {
     std::optional<AabbTree> hull;
     double mean_edge = 0;
@@ -105,13 +105,17 @@ class Carver {
       for (std::uint32_t ghost = mesh_.first_ghost; ghost < mesh_.size(); ++ghost) {
         surface.triangles.push_back(mesh_.face(ghost, 3));
       }
+      context_.require_memory(
+          memory(mesh_.size()) + mesh_.points.size() * sizeof(Point) + 200 * surface.triangles.size(),
+          "carving by distance");
       hull.emplace(surface);
       mean_edge = mean_edge_length();
     }
     constexpr std::int64_t kGrain = 1 << 12;
     parallel_for(context_, 0, mesh_.first_ghost, kGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto t = static_cast<std::uint32_t>(begin); t < static_cast<std::uint32_t>(end); ++t) {
-        rank_[t] = log_quality(t);
+        rank_[t] = quality(t);
+        if (options_.depth_power > 0) rank_[t] = portable_log(rank_[t]);
         if (!hull) continue;
         const double squared = hull->nearest(centroid(mesh_.points, mesh_.corners[t])).squared_distance;
         rank_[t] -= options_.depth_power * portable_log(1 + std::sqrt(squared) / mean_edge);
@@ -119,20 +123,21 @@ class Carver {
     });
   }
 
-  double log_quality(std::uint32_t t) const {
+  double quality(std::uint32_t t) const {
     const TetrahedronCorners& corners = mesh_.corners[t];
     switch (options_.priority) {
       case CarvingPriority::kVolume:
-        return portable_log(std::abs(volume(mesh_.points, corners)));
+        return std::abs(volume(mesh_.points, corners));
       case CarvingPriority::kCircumradiusRatio: {
         const std::array<double, 6> squared = squared_edges(mesh_.points, corners);
         const double shortest = std::sqrt(*std::ranges::min_element(squared));
-        return portable_log(shortest / circumradius(mesh_.points, corners));
+        const double ratio = shortest / circumradius(mesh_.points, corners);
+        return ratio > 0 ? ratio : 0;  // of a flat one, none
       }
       case CarvingPriority::kLongestEdge:
         break;
     }
-    return 0.5 * portable_log(longest_edge_squared(mesh_.points, corners));
+    return std::sqrt(longest_edge_squared(mesh_.points, corners));
   }
 
   double mean_edge_length() const {
@@ -177,6 +182,7 @@ class Carver {
       const Point center = centroid(mesh_.points, mesh_.corners[first]);
       const double reach = options_.breadth * options_.breadth;
       for (std::size_t next = 0; next < now_.size(); ++next) {
+        if (next % kReportEvery == 0) context_.check_cancelled();
         for_each_beyond(now_[next], [&](std::uint32_t t) {
           if ((centroid(mesh_.points, mesh_.corners[t]) - center).squaredNorm() <= reach) {
             mark(t, step, depth_of(t, now_[next]));
@@ -231,6 +237,7 @@ class Carver {
     double ratio = 0;
     std::int64_t carved = 0;
     for (std::size_t next = 0; next < queue.size(); ++next) {
+      if (next % kReportEvery == 0) context_.check_cancelled();
       const std::uint32_t t = queue[next];
       if (step_[t] != kNeverCarved) {
         ratio += static_cast<double>(depth_[t]) / least[t];

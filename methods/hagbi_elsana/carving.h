@@ -33,11 +33,11 @@ struct CarvingOptions {
 /// What carving says of itself, beside the order.
 struct CarvingReport {
   std::uint32_t shut_voids = 0;
-  /// Snaking [HE10, 5.1]: mean over carved tetrahedra of the depth, in levels, of which the tetrahedron was reached,
-  /// over the least number of tetrahedra from the hull to it.
+  /// Snaking [HE10, 5.1]: mean over carved tetrahedra of the depth in levels by which each was reached, over the least
+  /// number of tetrahedra from the hull to it; 1 where no way is a detour.
   double snaking = 1;
-  /// Spiking [HE10, 5.2]: share of the steps that carve, from one face, a tetrahedron whose other faces' heights over
-  /// it exceed twice the face's longest edge.
+  /// Spiking [HE10, 5.2]: share of the carved tetrahedra that had one face on the outside and are deeper behind it than
+  /// twice that face's longest edge.
   double spiking = 0;
 };
 

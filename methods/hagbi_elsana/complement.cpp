@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <tuple>
 
 #include "common/mesh/topology.h"
 #include "common/mesh/winding_number.h"
@@ -58,7 +59,7 @@ class FacetTable {
 
  private:
   std::size_t first_slot(const Triangle& sorted) const {
-    std::uint64_t hash = sorted[0];
+    std::uint64_t hash = 0;
     for (const std::uint32_t corner : sorted) hash = (hash ^ corner) * 0x9e3779b97f4a7c15ULL;
     return static_cast<std::size_t>(hash >> 24) & mask_;
   }
@@ -78,8 +79,10 @@ class Classifier {
     const auto count = static_cast<std::uint32_t>(input_.tetrahedra.size());
     constexpr std::uint64_t kBytes = 4 * 4 + 4 + 1 + 4 + 4;  // walls, region, inside, number, stack
     constexpr std::uint64_t kOutput = 16 + 16 + 1;
-    context_.require_memory(std::uint64_t{count} * (kBytes + kOutput) + input_.facets.size() * 24, "classification");
+    constexpr std::uint64_t kBytesAFacet = 8 + 2 * sizeof(Crossing);
     Stage stage(context_, "classification", 5);
+    context_.require_memory(std::uint64_t{count} * (kBytes + kOutput) + input_.facets.size() * kBytesAFacet,
+                            "classification");
     find_walls();
     stage.advance(1);
     inside_.assign(count, 0);
@@ -195,7 +198,8 @@ class Classifier {
         if (neighbor(t, i) < 0) crossings.push_back({beyond, region_[t], -gain(t, i)});
       }
     }
-    std::ranges::stable_sort(crossings, {}, &Crossing::from);
+    std::ranges::sort(crossings, {},
+                      [](const Crossing& crossing) { return std::tuple(crossing.from, crossing.to, crossing.gain); });
     std::vector<std::size_t> first(regions_ + 1, 0);
     for (const Crossing& crossing : crossings) ++first[crossing.from + 1];
     for (std::size_t r = 0; r < regions_; ++r) first[r + 1] += first[r];
@@ -220,15 +224,37 @@ class Classifier {
       }
     }
     std::vector<std::uint8_t> inside(regions_, 0);
+    if (std::ranges::count(contradictory, 1) > 0) mark_mostly_wound(contradictory, inside);
     for (std::uint32_t r = 1; r < regions_; ++r) {
-      inside[r] = contradictory[r] != 0 ? (winding[r] % 2 != 0) : (winding[r] != 0);
+      if (contradictory[r] == 0) {
+        inside[r] = winding[r] != 0;
+      } else if (winding[r] % 2 != 0) {
+        inside[r] = 1;
+      }
       result_.contradictory_regions += contradictory[r];
       if (contradictory[r] == 0 && std::abs(winding[r]) > 1) ++result_.nested_regions;
     }
     for (std::size_t t = 0; t < region_.size(); ++t) inside_[t] = inside[region_[t]];
   }
 
+  /// Marks the contradictory regions in most of whose volume the generalised winding number is beyond 1/2: a solid that
+  /// is there twice, say, which an even number of walls surrounds.
+  void mark_mostly_wound(const std::vector<std::uint8_t>& contradictory, std::vector<std::uint8_t>& inside) {
+    context_.require_memory(WindingNumber::memory_estimate(model_.triangles.size()), "winding numbers");
+    const WindingNumber winding(model_, multiplicity_);
+    std::vector<double> surplus(regions_, 0);  // of what is wound over what is not
+    for (std::uint32_t t = 0; t < region_.size(); ++t) {
+      if (region_[t] == 0 || contradictory[region_[t]] == 0) continue;
+      if (t % 1024 == 0) context_.check_cancelled();
+      const TetrahedronCorners& corners = input_.tetrahedra[t];
+      const double size = std::abs(volume(input_.points, corners));
+      surplus[region_[t]] += std::abs(winding.at(centroid(input_.points, corners))) > 0.5 ? size : -size;
+    }
+    for (std::size_t r = 0; r < inside.size(); ++r) inside[r] = surplus[r] > 0;
+  }
+
   void decide_by_winding_number() {
+    context_.require_memory(WindingNumber::memory_estimate(model_.triangles.size()), "winding numbers");
     const WindingNumber winding(model_, multiplicity_);
     constexpr std::uint8_t kUndecided = 2;
     constexpr std::int64_t kGrain = 256;

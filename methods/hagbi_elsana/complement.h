@@ -51,7 +51,9 @@ struct Void {
 };
 
 enum class InsideRule {
-  kWinding,        ///< where the winding number is not 0; its parity where orientations contradict each other
+  /// Where the winding number is not 0; where orientations contradict each other, behind an odd number of walls or
+  /// where the generalised winding number is mostly beyond 1/2.
+  kWinding,
   kWindingNumber,  ///< where the generalised winding number of the tetrahedron's centroid is beyond 1/2 [JKS13]
 };
 
@@ -63,7 +65,7 @@ struct Classification {
   std::uint32_t hull_points = 0;
   std::int64_t folds = 0;                  ///< walls with the outside on both sides
   std::int64_t nested_regions = 0;         ///< inside, with a winding number other than 1 and -1
-  std::int64_t contradictory_regions = 0;  ///< where parity had to decide
+  std::int64_t contradictory_regions = 0;  ///< where orientations say different things
 };
 
 /// Tells inside from outside by counting walls on the way from the hull, without arithmetic on coordinates [HE10, 3.2].

@@ -112,7 +112,7 @@ class HagbiElSana final : public Method {
 
  protected:
   MethodResult do_run(const Model& model, const Parameters& parameters, RunContext& context) const override {
-    TriangleSoup surface = merge_equal_positions(reference_surface(model, context));
+    TriangleSoup surface = reference_surface(model, context);
     surface.vertex_colors.clear();
     surface.triangle_colors.clear();
     if (parameters.integer("decimate") > 0) surface = decimated(std::move(surface), parameters, context);
@@ -157,11 +157,12 @@ class HagbiElSana final : public Method {
     }
     if (classified.nested_regions > 0) {
       context.notice(with_thousands(classified.nested_regions) +
-                     " regions lie inside several parts at once: their walls are never seen");
+                     " regions lie inside several parts at once: walls between them are never seen");
     }
     if (classified.contradictory_regions > 0) {
-      context.notice("orientations contradict each other around " + with_thousands(classified.contradictory_regions) +
-                     " regions: those behind an odd number of walls count as inside");
+      context.notice(
+          "orientations contradict each other around " + with_thousands(classified.contradictory_regions) +
+          " regions: inside is what lies behind an odd number of walls, or where the winding number says so");
     }
   }
 
@@ -172,6 +173,7 @@ class HagbiElSana final : public Method {
     const auto goal = static_cast<double>(parameters.integer("decimate"));
     const auto first = static_cast<double>(surface.triangles.size());
     if (goal >= first) return surface;
+    surface = merge_equal_positions(surface);
     for (std::int64_t round = 1; round <= rounds; ++round) {
       const double share = static_cast<double>(round) / static_cast<double>(rounds);
       const auto triangles = static_cast<std::int64_t>(std::llround(first * std::pow(goal / first, share)));

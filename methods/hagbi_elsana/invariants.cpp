@@ -106,7 +106,7 @@ class StreamChecker {
   }
 
   void check_components() {
-    const std::vector<std::uint32_t> components = stream_.closed_components();
+    const std::vector<std::uint32_t> components = stream_.closed_components(context_);
     add("components of the closed set never grow fewer", std::ranges::is_sorted(components),
         number(components.front()) + " at first, " + number(components.back()) + " at last");
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "methods/hagbi_elsana/tetrahedron.h"
@@ -29,12 +30,13 @@ class SurfaceMaker {
     glue_pairs();
     glue_wedges();
     number_fans();
-    while (reglue_doubled_edges()) number_fans();
+    cut_doubled_edges();
     return make_soup();
   }
 
  private:
   static constexpr std::int64_t kGrain = 1 << 13;
+  static constexpr std::size_t kCheckEvery = 1 << 14;
 
   std::uint32_t sides() const { return static_cast<std::uint32_t>(corner_.size()); }
   std::uint32_t start(std::uint32_t side) const { return corner_[side]; }
@@ -137,35 +139,73 @@ class SurfaceMaker {
       std::uint32_t around = corner;
       do {
         fan_[around] = fans_;
-        around = next_side(glued_[around]);  // the glued side ends in the point; the one after it starts there
+        around = next_around(around);
       } while (around != corner);
       ++fans_;
     }
   }
 
-  /// Two pairs of sides between the same vertices of the surface make an edge with four triangles. Where one pair's
-  /// wedge follows the other's, gluing across the solid between them instead cuts each end in two: as an end's fan
-  /// passes the edge twice, it falls apart into what lies between. True when there was any.
-  bool reglue_doubled_edges() {
-    const auto edge = [&](std::uint32_t side) { return std::pair(fan_[side], fan_[next_side(side)]); };
-    std::ranges::sort(singular_,
-                      [&](std::uint32_t a, std::uint32_t b) { return edge(a) != edge(b) ? edge(a) < edge(b) : a < b; });
-    std::vector<std::uint8_t> is_cut(fans_, 0);  // looked at again in the next pass
-    bool any = false;
-    for (std::size_t s = 0; s + 1 < singular_.size(); ++s) {
-      const std::uint32_t side = singular_[s];
-      const std::uint32_t met = singular_[s + 1];
-      if (edge(side) != edge(met)) continue;
-      any = true;
-      const auto [u, w] = edge(side);
-      if (is_cut[u] != 0 || is_cut[w] != 0) continue;
-      // Exchange partners: (side, twin), (met, its twin) become (side, twin of met), (met, twin of side).
-      std::swap(glued_[side], glued_[met]);
-      glued_[glued_[side]] = side;
-      glued_[glued_[met]] = met;
-      is_cut[u] = is_cut[w] = 1;
+  /// Two pairs of sides between the same vertices of the surface make an edge with four triangles. Exchanging partners
+  /// cuts each end in two: as its fan passes the edge twice, it falls apart into what lies between. That never makes
+  /// another pair of edges double, so every edge is looked at once.
+  void cut_doubled_edges() {
+    std::erase_if(singular_, [&](std::uint32_t side) { return start(side) > end(side); });  // its twin stays
+    std::ranges::sort(singular_, [&](std::uint32_t a, std::uint32_t b) {
+      return std::tuple(start(a), end(a), a) < std::tuple(start(b), end(b), b);
+    });
+    for (std::size_t first = 0; first < singular_.size();) {
+      std::size_t last = first;
+      while (last < singular_.size() && start(singular_[last]) == start(singular_[first]) &&
+             end(singular_[last]) == end(singular_[first])) {
+        ++last;
+      }
+      if (first / kCheckEvery != last / kCheckEvery) context_.check_cancelled();
+      const std::span<std::uint32_t> around(singular_.data() + first, last - first);
+      while (cut_one(around)) {
+      }
+      first = last;
     }
-    return any;
+  }
+
+  /// Of the sides along one edge. True when two had the same ends and were cut apart.
+  bool cut_one(std::span<std::uint32_t> around) {
+    const auto ends = [&](std::uint32_t side) { return std::pair(fan_[side], fan_[next_side(side)]); };
+    std::ranges::sort(around,
+                      [&](std::uint32_t a, std::uint32_t b) { return std::pair(ends(a), a) < std::pair(ends(b), b); });
+    const auto met = std::ranges::adjacent_find(around, [&](auto a, auto b) { return ends(a) == ends(b); });
+    if (met == around.end()) return false;
+    const std::uint32_t one = met[0];
+    const std::uint32_t other = met[1];
+    std::swap(glued_[one], glued_[other]);
+    glued_[glued_[one]] = one;
+    glued_[glued_[other]] = other;
+    renumber_shorter(one, other);
+    renumber_shorter(next_side(one), next_side(other));
+    return true;
+  }
+
+  std::uint32_t next_around(std::uint32_t corner) const {
+    return next_side(glued_[corner]);  // the glued side ends in the point; the one after it starts there
+  }
+
+  /// Gives the shorter of two fans that were one a number of its own.
+  void renumber_shorter(std::uint32_t one, std::uint32_t other) {
+    std::uint32_t shorter = one;
+    for (std::uint32_t a = one, b = other;;) {
+      a = next_around(a);
+      b = next_around(b);
+      if (a == one) break;
+      if (b == other) {
+        shorter = other;
+        break;
+      }
+    }
+    std::uint32_t corner = shorter;
+    do {
+      fan_[corner] = fans_;
+      corner = next_around(corner);
+    } while (corner != shorter);
+    ++fans_;
   }
 
   TriangleSoup make_soup() const {

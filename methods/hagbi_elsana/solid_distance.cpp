@@ -29,10 +29,22 @@ TriangleSoup model_surface(const Complement& mesh) {
 
 class Nearness {
  public:
-  Nearness(const TriangleSoup& surface, double distance) : surface_(surface), tree_(surface), distance_(distance) {}
+  Nearness(const TriangleSoup& surface, double distance, const RunContext& context)
+      : surface_(surface), tree_(surface), distance_(distance), context_(context) {}
 
-  /// True only where all of the tetrahedron is near enough; false also where it is near within kSlack, but not proven.
-  bool holds(const Corners& corners) const {
+  /// True only where all of the tetrahedron is near enough; false also where that takes too long to prove.
+  bool holds(const Corners& corners) {
+    pieces_left_ = kMostPieces;
+    return all_near(corners);
+  }
+
+ private:
+  static constexpr double kSlack = 5e-4;
+  static constexpr int kMostPieces = 20000;
+
+  bool all_near(const Corners& corners) {
+    if (--pieces_left_ < 0) return false;
+    if (pieces_left_ % 1024 == 0) context_.check_cancelled();
     const Point center = 0.25 * (corners[0] + corners[1] + (corners[2] + corners[3]));
     double radius = 0;
     for (const Point& corner : corners) radius = std::max(radius, (corner - center).norm());
@@ -49,13 +61,10 @@ class Nearness {
     };
     if (std::ranges::none_of(corners, far)) return true;
     if (radius <= kSlack * distance_) return false;
-    return halves_hold(corners);
+    return halves_are_near(corners);
   }
 
- private:
-  static constexpr double kSlack = 5e-4;
-
-  bool halves_hold(const Corners& corners) const {
+  bool halves_are_near(const Corners& corners) {
     std::pair<std::size_t, std::size_t> longest{0, 1};
     double most = -1;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -69,15 +78,17 @@ class Nearness {
     const Point middle = 0.5 * (corners[longest.first] + corners[longest.second]);
     Corners half = corners;
     half[longest.first] = middle;
-    if (!holds(half)) return false;
+    if (!all_near(half)) return false;
     half = corners;
     half[longest.second] = middle;
-    return holds(half);
+    return all_near(half);
   }
 
   const TriangleSoup& surface_;
   AabbTree tree_;
   double distance_;
+  const RunContext& context_;
+  int pieces_left_ = 0;
 };
 
 }  // namespace
@@ -86,7 +97,7 @@ std::optional<std::uint32_t> step_within(const CarvingStream& stream, double dis
   const Complement& mesh = stream.complement();
   if (mesh.first_ghost == 0) return 0;
   const TriangleSoup surface = model_surface(mesh);
-  const Nearness near(surface, distance);
+  Nearness near(surface, distance, context);
   std::vector<std::uint32_t> late_first(mesh.first_ghost);
   std::iota(late_first.begin(), late_first.end(), 0U);
   std::ranges::stable_sort(late_first, std::ranges::greater(), [&](std::uint32_t t) { return stream.steps()[t]; });

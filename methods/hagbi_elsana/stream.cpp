@@ -23,8 +23,10 @@ CarvingStream::CarvingStream(Complement complement, std::vector<std::uint32_t> s
       step_(std::move(step)),
       provenance_(std::move(provenance)),
       pool_(std::make_shared<ScratchPool>()) {
-  context.require_memory(memory(step_.size()), "the carving stream");
   Stage stage(context, "stream", 3);
+  constexpr std::size_t kMostTetrahedra = std::size_t{1} << 30;  // faces are numbered in 32 bits
+  if (step_.size() >= kMostTetrahedra) throw ResourceError("a stream of 2^30 tetrahedra or more cannot be made");
+  context.require_memory(memory(step_.size()), "the carving stream");
   check_steps();
   stage.advance(1);
   order_faces(context);
@@ -157,7 +159,7 @@ std::uint32_t CarvingStream::step_for_triangles(std::int64_t most) const {
   return above == triangles_.begin() ? 0 : static_cast<std::uint32_t>(above - triangles_.begin()) - 1;
 }
 
-std::vector<std::uint32_t> CarvingStream::closed_components() const {
+std::vector<std::uint32_t> CarvingStream::closed_components(const RunContext& context) const {
   // Backwards: what was carved last joins the model first.
   DisjointSets sets(complement_.points.size());
   std::vector<std::uint8_t> present(complement_.points.size(), 0);
@@ -181,10 +183,16 @@ std::vector<std::uint32_t> CarvingStream::closed_components() const {
     if (first_of_solid[solid] == Complement::kNone) first_of_solid[solid] = point;
     join(first_of_solid[solid], point);
   }
+  // Counting sort by step; what is never carved comes last.
+  const auto place = [&](std::uint32_t t) { return std::min(step_[t], last_step_ + 1); };
+  std::vector<std::size_t> first(std::size_t{last_step_} + 3, 0);
+  for (std::uint32_t t = 0; t < complement_.first_ghost; ++t) ++first[place(t) + 1];
+  for (std::size_t s = 0; s + 1 < first.size(); ++s) first[s + 1] += first[s];
+  context.check_cancelled();
   std::vector<std::uint32_t> by_step(complement_.first_ghost);
-  for (std::uint32_t t = 0; t < complement_.first_ghost; ++t) by_step[t] = t;
-  std::ranges::sort(
-      by_step, [&](std::uint32_t a, std::uint32_t b) { return step_[a] != step_[b] ? step_[a] > step_[b] : a < b; });
+  for (std::uint32_t t = 0; t < complement_.first_ghost; ++t) by_step[first[place(t)]++] = t;
+  std::ranges::reverse(by_step);
+  context.check_cancelled();
   std::vector<std::uint32_t> result(std::size_t{last_step_} + 1);
   std::size_t next = 0;
   for (std::uint32_t s = last_step_ + 1; s-- > 0;) {

@@ -22,8 +22,8 @@ namespace voxcarve {
 class CarvingStream {
  public:
   /// `step` is what `carve` gives; `provenance` is any text, kept with the stream. Throws InputError when `step`
-  /// contradicts itself: a tetrahedron that is carved has a ghost, an earlier one or one of its own step beside it, or
-  /// is the first of a void. Throws Cancelled.
+  /// has not one entry a tetrahedron, is not 0 of ghosts and only of these, or is too large; ResourceError and
+  /// Cancelled.
   CarvingStream(Complement complement, std::vector<std::uint32_t> step, std::string provenance, RunContext& context);
 
   /// Number of C_n; steps run from 0 to it.
@@ -33,18 +33,20 @@ class CarvingStream {
   std::uint32_t triangles(std::uint32_t step) const { return triangles_[step]; }
   /// Components of the closed set C_i, of which those that touch in a vertex are one, for every step. They never grow
   /// fewer. In O(s) for s tetrahedra.
-  std::vector<std::uint32_t> closed_components() const;
+  std::vector<std::uint32_t> closed_components(const RunContext& context) const;
 
   /// The last steps before another vertex comes, with the first and the last: 0 = levels()[0] < ... < last_step().
   const std::vector<std::uint32_t>& levels() const { return levels_; }
-  /// The last step up to which there are at most so many vertices, or triangles; 0 where even the hull has more.
+  /// The last step before there are more vertices, or triangles, than that for the first time; 0 where even the hull
+  /// has more. Triangles may grow fewer again later on.
   std::uint32_t step_for_vertices(std::int64_t most) const;
   std::uint32_t step_for_triangles(std::int64_t most) const;
 
-  /// The boundary of C_i as a closed, oriented 2-manifold: where more than two faces meet in an edge, those are joined
-  /// that bound the same wedge of the outside, so that folds and walls hold together; where that would leave an edge
-  /// with four triangles in spite of cutting its ends, as of two bodies that touch in this edge, the others are
-  /// [GTLH98]. Vertices are cut into one copy a fan.
+  /// The boundary of C_i as a closed, oriented 2-manifold. Where more than two faces meet in an edge, two that bound
+  /// the same wedge of the outside are joined: so folds hold together along their walls. Then vertices are cut into one
+  /// copy a fan [GTLH98]. Where two pairs still have both ends in common, they exchange partners, which cuts these
+  /// ends: two bodies that touch in an edge come apart, and so do the triangles of a sheet that is one triangle wide,
+  /// for no closed simplicial surface has both their sides.
   TriangleSoup extract(std::uint32_t step, const RunContext* context = nullptr) const;
 
   const Complement& complement() const { return complement_; }

@@ -11,6 +11,7 @@
 #include "common/run/atomic_file.h"
 #include "common/run/byte_order.h"
 #include "common/run/errors.h"
+#include "common/run/text.h"
 #include "methods/hagbi_elsana/tetrahedron.h"
 
 namespace voxcarve {
@@ -137,7 +138,7 @@ std::string inconsistency(const Complement& mesh) {
 }  // namespace
 
 bool is_stream_file(const std::filesystem::path& path) {
-  return path.extension() == ".vcs";
+  return to_lower(path.extension().string()) == ".vcs";
 }
 
 void write_stream(const CarvingStream& stream, const std::filesystem::path& path) {
@@ -195,6 +196,7 @@ CarvingStream read_stream(const std::filesystem::path& path, RunContext& context
   if (model_points > points || first_ghost > tetrahedra || first_ghost == tetrahedra) {
     refuse(path, "its header contradicts itself");
   }
+  Stage stage(context, "reading the stream", 2);
   context.require_memory(bytes.size() * 2 + CarvingStream::memory(tetrahedra), "the carving stream");
   std::string text = reader.take_text(provenance);
   Complement mesh;
@@ -214,7 +216,9 @@ CarvingStream read_stream(const std::filesystem::path& path, RunContext& context
   for (std::uint8_t& walls : mesh.walls) walls = reader.take<std::uint8_t>();
   std::vector<std::uint32_t> step(tetrahedra, 0);
   for (std::uint32_t t = 0; t < first_ghost; ++t) step[t] = reader.take<std::uint32_t>();
+  stage.advance(1);
   if (const std::string reason = inconsistency(mesh); !reason.empty()) refuse(path, reason);
+  stage.advance(1);
   try {
     return CarvingStream(std::move(mesh), std::move(step), std::move(text), context);
   } catch (const InputError& error) {

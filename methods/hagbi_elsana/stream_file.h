@@ -27,14 +27,14 @@
 
 namespace voxcarve {
 
-/// True for a name that ends in ".vcs".
+/// True for a name that ends in ".vcs", in small letters or capitals.
 bool is_stream_file(const std::filesystem::path& path);
 
 /// Writes the whole file or nothing. Throws ResourceError.
 void write_stream(const CarvingStream& stream, const std::filesystem::path& path);
 
 /// Throws InputError, with the file and what is wrong, for a file that is truncated, longer than it says, altered, or
-/// whose tetrahedra do not fit together.
+/// whose tetrahedra do not share their faces. Their volumes are not looked at.
 CarvingStream read_stream(const std::filesystem::path& path, RunContext& context);
 
 }  // namespace voxcarve

@@ -53,26 +53,26 @@ class SlowDistance {
     return most;
   }
 
-  /// Has any point of the tetrahedron a greater distance? By halves, those that may reach farthest first: distances
-  /// change by no more than the way.
-  bool reaches(std::uint32_t t, double distance) const {
+  /// The greatest distance of the tetrahedron's points to 1 in 10,000, where that is above `least`; else `least`. By
+  /// halves, those that may reach farthest first: distances change by no more than the way.
+  double greatest(std::uint32_t t, double least) const {
     struct Part {
       double bound;
       Corners corners;
       bool operator<(const Part& other) const { return bound < other.bound; }
     };
     std::priority_queue<Part> parts;
-    bool found = false;
+    double most = least;
     const auto add = [&](const Corners& corners) {
       const Point center = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
       double radius = 0;
       for (const Point& corner : corners) radius = std::max(radius, (corner - center).norm());
       const double there = at(center);
-      found = found || there > distance;
-      if (there + radius > distance) parts.push({there + radius, corners});
+      most = std::max(most, there);
+      parts.push({there + radius, corners});
     };
     add(corners_of(t));
-    while (!found && !parts.empty()) {
+    while (!parts.empty() && parts.top().bound > (1 + 1e-4) * most) {
       const Corners corners = parts.top().corners;
       parts.pop();
       std::pair<std::size_t, std::size_t> longest{0, 1};
@@ -88,7 +88,7 @@ class SlowDistance {
         add(half);
       }
     }
-    return found;
+    return most;
   }
 
  private:
@@ -138,12 +138,31 @@ TEST(StepWithin, IsTheFirstWhoseSolidReachesNoFarther) {
       bool far_before = *step == 0;
       for (std::uint32_t t = 0; t < stream.complement().first_ghost; ++t) {
         if (stream.steps()[t] > *step) excess = std::max(excess, slow.sampled(t, 5) - distance);
-        if (stream.steps()[t] == *step) far_before = far_before || slow.reaches(t, distance * (1 - 1e-3));
+        if (stream.steps()[t] == *step)
+          far_before = far_before || slow.greatest(t, distance * (1 - 1e-3)) > distance * (1 - 1e-3);
       }
       EXPECT_LE(excess, 1e-12 * diagonal);
       EXPECT_TRUE(far_before);  // what the step carves was too far, or nearly
     }
     EXPECT_EQ(before, 0U);  // within a whole diagonal is the hull, and nearly the box
+  }
+}
+
+TEST(StepWithin, IsNeverTooEarlyAndLateByLessThanOneInAThousand) {
+  for (const Case& tested : cases()) {
+    if (tested.model.triangles.size() > 150) continue;  // the twin looks at all of them each time
+    const CarvingStream stream = test::carved(tested.model, {}, tested.box);
+    const SlowDistance slow(tested.model, stream);
+    for (const std::uint32_t step : {0U, stream.last_step() / 4, stream.last_step() / 2, stream.last_step() - 1}) {
+      SCOPED_TRACE(std::string(tested.name) + " step " + std::to_string(step));
+      double greatest = 0;
+      for (std::uint32_t t = 0; t < stream.complement().first_ghost; ++t) {
+        if (stream.steps()[t] > step) greatest = slow.greatest(t, greatest);
+      }
+      RunContext context;
+      EXPECT_GT(step_within(stream, greatest * (1 - 1e-6), context), step);
+      EXPECT_LE(step_within(stream, greatest * (1 + 1.1e-3), context), step);  // 1e-4 of these are the twin's
+    }
   }
 }
 
