@@ -6,6 +6,7 @@
 
 #include "common/mesh/io/mesh_io.h"
 #include "common/mesh/models/catalogue.h"
+#include "common/mesh/models/model_spec.h"
 #include "common/mesh/models/procedural.h"
 #include "common/run/errors.h"
 #include "common/run/text.h"
@@ -67,11 +68,10 @@ Model file_model(const std::filesystem::path& path, const ModelSourceOptions& op
 /// A model of "NAME?key=value&key=value". What is none of the program's surfaces or files goes to the volume models,
 /// which know the names of all when it is nothing.
 Model named_model(const std::string& spec, const ModelSourceOptions& options, std::vector<std::string>& notices) {
-  const std::size_t question = spec.find('?');
-  const std::string name = spec.substr(0, question);
-  const bool has_parameters = question != std::string::npos && question + 1 < spec.size();
+  const ModelSpec parts = parse_model_spec(spec);
+  const std::string name(parts.name);
   const bool external = std::ranges::any_of(external_models(), [&](const ExternalModel& m) { return m.name == name; });
-  if (external && !has_parameters) {
+  if (external && parts.assignments.empty()) {
     Model model = file_model(find_external(name, data_folder(options)), options, notices);
     model.name = name;
     return model;

@@ -73,7 +73,8 @@ std::vector<InvariantCheck> Method::check_invariants(const Model& model, const P
                      " boundary edges, " + std::to_string(topology.nonmanifold_edges) + " non-manifold edges, " +
                      std::to_string(topology.nonmanifold_vertices) + " non-manifold vertices";
     }
-    if (check.holds && checked > 1) check.detail = std::to_string(checked) + " of " + std::to_string(levels) + " levels";
+    if (check.holds && checked > 1)
+      check.detail = std::to_string(checked) + " of " + std::to_string(levels) + " levels";
     checks.push_back(std::move(check));
   }
   std::ranges::move(own_invariants(model, parameters, result, context), std::back_inserter(checks));

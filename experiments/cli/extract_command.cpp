@@ -125,6 +125,7 @@ void run(const ExtractOptions& options) {
   if (!options.output.empty() && !mesh_format(options.output)) {
     throw ParameterError(options.output + ": its extension names no mesh format; use PLY, OBJ, OFF or STL");
   }
+  require_folder(options.output);
   Session session(options.common);
   session.announce("extract");
   const CarvingStream stream = read_stream(options.stream, session.context());

@@ -69,14 +69,6 @@ std::string missed_budget(const TriangleSoup& surface, const RunOptions& options
          std::to_string(options.vertices) + " asked for";
 }
 
-/// Refuses a file whose folder does not exist, before a long run finds out.
-void require_folder(const std::string& file) {
-  if (file.empty()) return;
-  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
-  if (!std::filesystem::is_directory(folder))
-    throw ResourceError("cannot write " + file + ": there is no folder " + folder.string());
-}
-
 /// The volume that --volume names, of the level chosen or of all levels; the result of that level without it.
 const NamedVolume& choose_volume(const MethodResult& result, std::int64_t level, const RunOptions& options) {
   if (result.volumes.empty())

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <unistd.h>
+#include <filesystem>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -189,6 +190,13 @@ std::string json_text(const nlohmann::ordered_json& json) {
 
 void print_json(const nlohmann::ordered_json& json) {
   fmt::print("{}\n", json_text(json));
+}
+
+void require_folder(const std::string& file) {
+  if (file.empty()) return;
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw ResourceError("cannot write " + file + ": there is no folder " + folder.string());
 }
 
 }  // namespace voxcarve

@@ -70,6 +70,9 @@ class Session {
 /// before any thread is started.
 void handle_interrupts();
 
+/// Throws ResourceError for a file whose folder does not exist, before a long run finds out; "" is no file.
+void require_folder(const std::string& file);
+
 /// The text of JSON, two spaces an indent.
 std::string json_text(const nlohmann::ordered_json& json);
 

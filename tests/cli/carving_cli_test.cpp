@@ -34,6 +34,7 @@ TEST_F(CarvingProgram, SaysWhatAStreamHolds) {
   EXPECT_EQ(report["vertices"], 8 * 42);
   EXPECT_EQ(report["triangles"], 8 * 80);
   EXPECT_EQ(report["components"], 8);
+  EXPECT_EQ(report["closed_components"], 8);
   EXPECT_EQ(report["genus"], 0);
   EXPECT_FALSE(report.contains("output"));
   const std::string parameters = report["parameters"];
@@ -70,9 +71,9 @@ TEST_F(CarvingProgram, FindsTheFinestLevelWithinBounds) {
   const Json by_triangles = extract("--triangles 300");
   EXPECT_LE(by_triangles["triangles"], 300);
   const Json one = extract("--components 1");
-  EXPECT_EQ(one["components"], 1);
+  EXPECT_EQ(one["closed_components"], 1);
   const Json simple = extract("--genus 0 --components 1");
-  EXPECT_EQ(simple["components"], 1);
+  EXPECT_EQ(simple["closed_components"], 1);
   EXPECT_EQ(simple["genus"], 0);
   EXPECT_LE(simple["step"], one["step"]);
   const Json small = extract("--genus 0 --components 3 --vertices 150 --triangles 280");
@@ -85,7 +86,7 @@ TEST_F(CarvingProgram, FindsTheFinestLevelWithinBounds) {
   for (int level = levels - 1; level >= 0; level -= 4) {
     const Json other = extract("--level " + std::to_string(level));
     if (other["step"] <= chosen) break;
-    EXPECT_GT(other["components"], 1) << level;
+    EXPECT_GT(other["closed_components"], 1) << level;
   }
 }
 

@@ -39,7 +39,8 @@ class SlowCarver {
       const Point center = centroid(mesh_.points, mesh_.corners[best]);
       for (std::size_t next = 0; next < now.size() && options_.breadth > 0; ++next) {
         for (const std::uint32_t t : beyond(now[next])) {
-          if ((centroid(mesh_.points, mesh_.corners[t]) - center).norm() <= options_.breadth) take(t, now[next], step, now);
+          if ((centroid(mesh_.points, mesh_.corners[t]) - center).norm() <= options_.breadth)
+            take(t, now[next], step, now);
         }
       }
       for (std::size_t next = 0; next < now.size(); ++next) {

@@ -23,7 +23,8 @@ double carvable_volume(const Complement& mesh) {
 double hull_volume(const Complement& mesh) {
   TriangleSoup hull;
   hull.positions = mesh.points;
-  for (std::uint32_t ghost = mesh.first_ghost; ghost < mesh.size(); ++ghost) hull.triangles.push_back(mesh.face(ghost, 3));
+  for (std::uint32_t ghost = mesh.first_ghost; ghost < mesh.size(); ++ghost)
+    hull.triangles.push_back(mesh.face(ghost, 3));
   return signed_volume(hull);
 }
 

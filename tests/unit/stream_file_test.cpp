@@ -146,7 +146,7 @@ TEST_F(StreamFile, GivesBackEveryByteOfEveryLevel) {
     ASSERT_EQ(again.last_step(), stream.last_step());
     EXPECT_EQ(again.provenance(), "test");
     EXPECT_EQ(again.levels(), stream.levels());
-    EXPECT_EQ(again.closed_components(), stream.closed_components());
+    EXPECT_EQ(again.closed_components(RunContext()), stream.closed_components(RunContext()));
     EXPECT_EQ(again.steps(), stream.steps());
     EXPECT_EQ(again.complement().model_points, stream.complement().model_points);
     for (std::uint32_t step = 0; step <= stream.last_step(); ++step) {
@@ -236,7 +236,7 @@ TEST_F(StreamFile, SaysWhatIsWrong) {
 
 /// Whatever is accepted can be used: every level is closed, and every query ends.
 void use(const CarvingStream& stream) {
-  EXPECT_EQ(stream.closed_components().size(), std::size_t{stream.last_step()} + 1);
+  EXPECT_EQ(stream.closed_components(RunContext()).size(), std::size_t{stream.last_step()} + 1);
   for (std::uint32_t step = 0; step <= stream.last_step(); ++step) {
     const TriangleSoup surface = stream.extract(step);
     EXPECT_EQ(surface.triangles.size(), stream.triangles(step));

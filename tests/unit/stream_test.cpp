@@ -170,7 +170,7 @@ TEST(CarvingStream, HoldsWhatASearchThroughAllTetrahedraFinds) {
       const CarvingStream stream(shape.made.complement, steps, "", context);
       const test::SlowStream slow{shape.made.complement, steps};
       ASSERT_EQ(stream.last_step(), slow.last_step());
-      const std::vector<std::uint32_t> components = stream.closed_components();
+      const std::vector<std::uint32_t> components = stream.closed_components(RunContext());
       ASSERT_EQ(components.size(), std::size_t{slow.last_step()} + 1);
       std::vector<std::uint32_t> vertices;
       std::vector<std::uint32_t> triangles;
@@ -216,7 +216,7 @@ void expect_spheres(const TriangleSoup& model, std::int64_t spheres, std::int64_
   EXPECT_EQ(topology.genus.value_or(-1), 0);
   EXPECT_EQ(topology.vertices, vertices);
   EXPECT_EQ(stream.vertices(stream.last_step()), positions);
-  EXPECT_EQ(stream.closed_components().back(), 1U);  // as a closed set they hang together
+  EXPECT_EQ(stream.closed_components(RunContext()).back(), 1U);  // as a closed set they hang together
 }
 
 TEST(CarvingStream, BodiesThatTouchInAnEdgeAreCutApart) {
@@ -259,7 +259,7 @@ TEST(CarvingStream, ASingleTriangleOnASolidStaysAsAFold) {
   const SurfaceTopology topology = analyze_topology(surface);
   EXPECT_EQ(topology.components, 2);
   EXPECT_EQ(topology.vertices, 8 + 3);
-  EXPECT_EQ(stream.closed_components().back(), 1U);
+  EXPECT_EQ(stream.closed_components(RunContext()).back(), 1U);
 }
 
 TEST(CarvingStream, ConvexModelsHaveOneLevel) {
@@ -268,7 +268,7 @@ TEST(CarvingStream, ConvexModelsHaveOneLevel) {
   EXPECT_EQ(stream.levels(), std::vector<std::uint32_t>{0});
   EXPECT_EQ(stream.vertices(0), 8U);
   EXPECT_EQ(stream.triangles(0), 12U);
-  EXPECT_EQ(stream.closed_components(), std::vector<std::uint32_t>{1});
+  EXPECT_EQ(stream.closed_components(RunContext()), std::vector<std::uint32_t>{1});
   EXPECT_EQ(stream.step_for_vertices(100), 0U);
   EXPECT_EQ(stream.step_for_vertices(3), 0U);
   EXPECT_EQ(test::position_triples(stream.extract(0)), test::position_triples(kCube));
@@ -318,21 +318,6 @@ TEST(CarvingStream, RefusesStepsThatContradictThemselves) {
   expect_steps_refused([](const Complement&, auto& steps) { steps.back() = 1; });   // a ghost that is carved
   expect_steps_refused([](const Complement&, auto& steps) { steps.front() = 0; });  // a tetrahedron that is none
   expect_steps_refused([](const Complement&, auto& steps) { steps.front() = 0x7fffffff; });  // no such many steps
-}
-
-TEST(CarvingStream, RefusesATetrahedronThatIsCarvedBeforeAWayLeadsToIt) {
-  expect_steps_refused([](const Complement& mesh, auto& steps) {
-    // One whose neighbours are all carved later or solid, so that there is nothing beside it when it goes first.
-    for (std::uint32_t t = 0; t < mesh.first_ghost; ++t) {
-      const bool beside_ghost = std::ranges::any_of(
-          mesh.neighbors[t], [&](std::uint32_t other) { return other != Complement::kSolid && mesh.is_ghost(other); });
-      if (beside_ghost || steps[t] < 3) continue;
-      for (std::uint32_t& step : steps) step += step != 0;
-      steps[t] = 1;
-      return;
-    }
-    FAIL() << "every tetrahedron lies on the hull";
-  });
 }
 
 }  // namespace

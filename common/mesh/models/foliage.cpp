@@ -1,4 +1,4 @@
-// yucca, pine and elm: stand-ins for the foliage of [HE10, Table 1, Figs. 11 and 14]. Leaves and needles are open
+// pine and elm: stand-ins for the foliage of [HE10, Table 1, Fig. 14]. Leaves and needles are open
 // sheets of one layer; wood is closed. Nothing is joined: every leaf, needle and branch is a component of its own.
 //
 // The counts follow from the paper's. An elm leaf has 8 vertices and 8 faces, a needle 6 and 4, a branch 5 sides x 4
@@ -12,6 +12,7 @@
 
 #include "common/mesh/models/builders.h"
 #include "common/mesh/models/growth.h"
+#include "common/mesh/models/leaves.h"
 #include "common/mesh/models/tubes.h"
 
 namespace voxcarve {
@@ -20,104 +21,13 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kGoldenAngle = pi * (3 - 2.23606797749978969);  // 3 - sqrt 5
-constexpr int kAttempts = 60;                                    // to place a piece that crosses nothing
-
-double radians(double degrees) {
-  return degrees * pi / 180;
-}
-
 Point any_perpendicular(const Point& direction) {
   Eigen::Index axis = 0;
   direction.cwiseAbs().minCoeff(&axis);
   return direction.cross(Point(Point::Unit(axis))).normalized();
 }
 
-/// `direction` turned by `angle` towards the unit vector `side`, which is perpendicular to it.
-Point turned(const Point& direction, const Point& side, double angle) {
-  return std::cos(angle) * direction + std::sin(angle) * side;
-}
-
-/// An open strip of rows of equally many points, which starts and ends in a row or in a single point.
-TriangleSoup strip(const std::vector<std::vector<Point>>& rows) {
-  TriangleSoup sheet;
-  std::uint32_t before = 0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto first = static_cast<std::uint32_t>(sheet.positions.size());
-    sheet.positions.insert(sheet.positions.end(), rows[i].begin(), rows[i].end());
-    if (i == 0) continue;
-    const std::size_t columns = std::max(rows[i - 1].size(), rows[i].size());
-    for (std::uint32_t k = 0; k + 1 < columns; ++k) {
-      if (rows[i - 1].size() == 1) {
-        sheet.triangles.push_back({before, first + k + 1, first + k});
-      } else if (rows[i].size() == 1) {
-        sheet.triangles.push_back({before + k, before + k + 1, first});
-      } else {
-        sheet.triangles.push_back({before + k, before + k + 1, first + k + 1});
-        sheet.triangles.push_back({before + k, first + k + 1, first + k});
-      }
-    }
-    before = first;
-  }
-  return sheet;
-}
-
 // --- yucca -------------------------------------------------------------------------------------------------------
-
-/// A leaf from `base`, which starts in direction `elevation` above the horizontal at `azimuth` and bends down by `bend`
-/// on its way: a gutter that is widest at a third of its length and pointed at both ends.
-TriangleSoup sword_leaf(const Point& base, double azimuth, double elevation, double bend, double length, double width,
-                        int rows, int columns) {
-  const Point outward(std::cos(azimuth), std::sin(azimuth), 0);
-  const Point across(std::sin(azimuth), -std::cos(azimuth), 0);  // so that the upper side is the front
-  std::vector<std::vector<Point>> points = {{base}};
-  Point spine = base;
-  for (int i = 1; i <= rows + 1; ++i) {
-    const double share = static_cast<double>(i) / (rows + 1);
-    const double angle = elevation - bend * share * share;
-    const Point along = std::cos(angle) * outward + std::sin(angle) * Point::UnitZ();
-    const Point upward = -std::sin(angle) * outward + std::cos(angle) * Point::UnitZ();
-    spine += length / (rows + 1) * along;
-    if (i > rows) {
-      points.push_back({spine});
-      break;
-    }
-    const double half_width = 0.5 * width * std::pow(share / 0.33, 0.7) * std::pow((1 - share) / 0.67, 1.4);
-    std::vector<Point> row;
-    for (int k = 0; k < columns; ++k) {
-      const double side = 2.0 * k / (columns - 1) - 1;
-      row.emplace_back(spine + half_width * (side * across + 0.5 * side * side * upward));
-    }
-    points.push_back(std::move(row));
-  }
-  return strip(points);
-}
-
-/// Leaves about a short upright stem, in a golden spiral from the upright youngest to the drooping oldest.
-TriangleSoup build_yucca(const Parameters& parameters) {
-  const auto leaves = static_cast<int>(parameters.integer("leaves"));
-  const auto rows = static_cast<int>(parameters.integer("rows"));
-  const auto columns = static_cast<int>(parameters.integer("columns"));
-  SeededSequence random(static_cast<std::uint64_t>(parameters.integer("seed")));
-  FreeSpace space(0.1);
-  TriangleSoup yucca;
-  for (int i = 0; i < leaves; ++i) {
-    const double age = (i + 0.5) / leaves;
-    append(yucca, space.place(
-                      [&](double crowding) {
-                        const double azimuth = i * kGoldenAngle + random.uniform(-0.15, 0.15) * (1 + 3 * crowding);
-                        const double elevation = radians(86 - 60 * age + random.uniform(-5, 5));
-                        const double bend = radians(25 + 65 * age + random.uniform(-10, 10));
-                        const double length = parameters.real("length") * random.uniform(0.8, 1) * (0.8 + 0.2 * age);
-                        const double from_axis = 0.03 + 0.03 * age;
-                        const Point base(from_axis * std::cos(azimuth), from_axis * std::sin(azimuth), 0.3 * (1 - age));
-                        return sword_leaf(base, azimuth, elevation, bend, length, parameters.real("width"), rows,
-                                          columns);
-                      },
-                      kAttempts));
-  }
-  return yucca;
-}
 
 // --- branches ----------------------------------------------------------------------------------------------------
 
@@ -191,7 +101,7 @@ std::vector<Branch> grow_branches(const Habit& habit, SeededSequence& random, Fr
   std::vector<Branch> branches;
   const auto grow = [&](const std::function<Branch(double crowding)>& make) {
     Branch branch;
-    append(soup, space.place([&](double crowding) { return wood(branch = make(crowding)); }, kAttempts));
+    append(soup, space.place([&](double crowding) { return wood(branch = make(crowding)); }, kLeafAttempts));
     branches.push_back(branch);
     return branch;
   };
@@ -302,7 +212,7 @@ TriangleSoup build_pine(const Parameters& parameters) {
                          return needle(base, direction, direction.cross(outward).normalized(), along,
                                        length * random.uniform(0.75, 1) * (1 - 0.5 * crowding), width);
                        },
-                       kAttempts));
+                       kLeafAttempts));
     }
   });
   return pine;
@@ -353,13 +263,9 @@ TriangleSoup build_elm(const Parameters& parameters) {
                       const Point base = branch.at(share) + (1.5 * branch.radius_at(share) + 0.1 * length) * outward;
                       return oval_leaf(base, direction, facing, size * random.uniform(0.8, 1.1), 0.5 * size);
                     },
-                    kAttempts));
+                    kLeafAttempts));
   });
   return elm;
-}
-
-ParameterSpec seed_parameter() {
-  return ParameterSpec::integer("seed", "-", 0, 1'000'000'000, 1, "of what is irregular: another seed, another plant");
 }
 
 std::vector<ParameterSpec> branch_parameters() {
@@ -368,26 +274,6 @@ std::vector<ParameterSpec> branch_parameters() {
 }
 
 }  // namespace
-
-ProceduralModel yucca_model() {
-  ModelInfo info{"yucca",
-                 "a group of long, narrow, pointed leaves: open sheets of one layer, a component each",
-                 "HE Fig. 11, Table 1 (801 vertices, about 1,200 faces, 87 hull vertices)",
-                 {}};
-  info.parameters.specs = {
-      seed_parameter(),
-      ParameterSpec::integer("leaves", "leaves", 1, 100'000, 30, "number of leaves"),
-      ParameterSpec::integer("rows", "rows", 1, 1000, 5, "rows of vertices between the two points of a leaf"),
-      ParameterSpec::integer("columns", "vertices", 2, 1000, 5, "vertices of a row"),
-      ParameterSpec::real("length", "model", 0.1, 10, 1, "of the longest leaves"),
-      ParameterSpec::real("width", "model", 1e-3, 1, 0.09, "of a leaf at its widest")};
-  info.parameters.check = [](const Parameters& parameters) {
-    require_triangles_within_limit("yucca", 2.0 * static_cast<double>(parameters.integer("leaves")) *
-                                                static_cast<double>(parameters.integer("rows")) *
-                                                static_cast<double>(parameters.integer("columns") - 1));
-  };
-  return {std::move(info), build_yucca};
-}
 
 ProceduralModel pine_model() {
   ModelInfo info{"pine",

@@ -5,7 +5,8 @@
 // sternum; the next three bridge from the spine to the underside of the rib above; the last two end free. So there are
 // 20 bridges, of which one joins the spheres and 19 make a handle each: genus 19. Processes of the vertebrae and free
 // ribs change nothing. Cartilage is not told from bone. The opening of the chest at the neck and the one at its bottom
-// are the wide tunnels, those between neighbouring ribs the narrow ones.
+// are the wide tunnels, those between neighbouring ribs the narrow ones. With the default parameters nothing
+// intersects; much finer ribs cross in a few triangles at the joints of ribs 8 to 10.
 #include <array>
 #include <cmath>
 #include <numbers>
