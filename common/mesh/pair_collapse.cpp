@@ -14,6 +14,7 @@
 #include "common/mesh/pair_queue.h"
 #include "common/mesh/quadric.h"
 #include "common/mesh/topology.h"
+#include "common/mesh/unit_frame.h"
 #include "common/mesh/vertex_pairs.h"
 #include "common/run/errors.h"
 
@@ -25,21 +26,6 @@ constexpr std::uint32_t kNone = 0xffffffffU;
 
 /// What rounding hides of a distance, in lengths of the pair.
 constexpr double kRounding = 1e-7;
-
-/// The model's box about its centre, its diagonal as the unit.
-struct UnitFrame {
-  explicit UnitFrame(const TriangleSoup& soup) {
-    const Box box = bounds(soup);
-    if (box.empty()) return;
-    center = box.center();
-    if (box.diagonal() > 0) diagonal = box.diagonal();
-  }
-  Point to_unit(const Point& point) const { return (point - center) / diagonal; }
-  Point from_unit(const Point& point) const { return center + diagonal * point; }
-
-  Point center = Point::Zero();
-  double diagonal = 1;
-};
 
 /// Where a pair goes.
 struct Merger {

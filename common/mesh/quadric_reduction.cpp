@@ -11,6 +11,7 @@
 
 #include "common/mesh/quadric_collapse.h"
 #include "common/mesh/topology.h"
+#include "common/mesh/unit_frame.h"
 #include "common/run/errors.h"
 
 namespace voxcarve {
@@ -28,21 +29,6 @@ double weight_of(double area) {
 
 /// What a plane through a boundary edge weighs against a triangle as large as the edge's square.
 constexpr double kBoundaryWeight = 10;
-
-/// The model's box about its centre, its diagonal as the unit.
-struct UnitFrame {
-  explicit UnitFrame(const TriangleSoup& soup) {
-    const Box box = bounds(soup);
-    if (box.empty()) return;
-    center = box.center();
-    if (box.diagonal() > 0) diagonal = box.diagonal();
-  }
-  Point to_unit(const Point& point) const { return (point - center) / diagonal; }
-  Point from_unit(const Point& point) const { return center + diagonal * point; }
-
-  Point center = Point::Zero();
-  double diagonal = 1;
-};
 
 /// The oriented manifold that is reduced, and its connectivity.
 struct Manifold {

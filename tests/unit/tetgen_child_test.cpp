@@ -21,6 +21,7 @@
 #include "common/mesh/io/mesh_io.h"
 #include "common/mesh/models/primitives.h"
 #include "tests/support/shapes.h"
+#include "tests/unit/child_test.h"
 
 namespace voxcarve {
 namespace {
@@ -181,26 +182,7 @@ TriangleSoup crossing_boxes() {
   return joined({box(Point(0, 0, 0), Point(2, 2, 2)), box(Point(1, 1, 1), Point(3, 3, 3))});
 }
 
-int open_files() {
-  int count = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) ++count;
-  return count;
-}
-
-/// After every test: no child, no zombie, no file more than before.
-class TetgenChild : public testing::Test {
- protected:
-  void SetUp() override { files_ = open_files(); }
-  void TearDown() override {
-    errno = 0;
-    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
-    EXPECT_EQ(errno, ECHILD);
-    EXPECT_EQ(open_files(), files_);
-  }
-
- private:
-  int files_ = 0;
-};
+class TetgenChild : public test::ChildTest {};
 
 TEST_F(TetgenChild, ATetrahedronIsOneTetrahedron) {
   const TriangleSoup complex = unit_tetrahedron();

@@ -12,29 +12,12 @@
 #include <memory>
 #include <vector>
 
+#include "tests/unit/child_test.h"
+
 namespace voxcarve {
 namespace {
 
-int open_files() {
-  int count = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) ++count;
-  return count;
-}
-
-/// After every test: no child, no zombie, no file more than before.
-class WatchedChildTest : public testing::Test {
- protected:
-  void SetUp() override { files_ = open_files(); }
-  void TearDown() override {
-    errno = 0;
-    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
-    EXPECT_EQ(errno, ECHILD);
-    EXPECT_EQ(open_files(), files_);
-  }
-
- private:
-  int files_ = 0;
-};
+class WatchedChildTest : public test::ChildTest {};
 
 /// What becomes of a child from which one number is expected.
 struct Ending {
