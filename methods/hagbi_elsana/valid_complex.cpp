@@ -83,7 +83,10 @@ class Pipeline {
       result_.tetrahedralization.steiner_points += corners.size();  // as much the model's as those
     };
     if (attempt("triangles whole", [&] { tetrahedralize_with(FacetSplitting::kNone); })) return;
-    if (attempt("close points told apart", [&] { tetrahedralize_with(FacetSplitting::kNoneNear); })) return;
+    if (attempt("close points told apart", [&] { tetrahedralize_with(FacetSplitting::kNoneNear); })) {
+      context_.notice("TetGen had to tell points apart that are closer than usual (" + reasons_ + ")");
+      return;
+    }
     tetrahedralize_with(FacetSplitting::kAllowed);
     const auto facets = static_cast<std::int64_t>(result_.tetrahedralization.facets.size());
     context_.notice("TetGen could not keep the model's triangles whole (" + reasons_ +

@@ -23,9 +23,10 @@ struct ValidComplex {
 };
 
 /// Tries, in this order, with a notice of what was done and what it took: the soup as it is, its equal vertices and
-/// coincident triangles merged and its flat ones dropped; crossing triangles split (`arrange`); Steiner points on the
-/// triangles allowed; a shrink-wrap around it. Throws MethodFailure, with the reason of each, when none can be
-/// tetrahedralized, or when the vertices lie in a plane, and as `tetrahedralize` does.
+/// coincident triangles merged and its flat ones dropped; crossing triangles split (`arrange`); points told apart that
+/// are closer than usual; Steiner points on the triangles; a shrink-wrap around it.
+/// Throws MethodFailure, with the reason of each, when none can be tetrahedralized, or when the vertices lie in a
+/// plane, and as `tetrahedralize` does.
 ValidComplex make_valid_complex(const TriangleSoup& soup, const ComplexOptions& options, RunContext& context);
 
 }  // namespace voxcarve
