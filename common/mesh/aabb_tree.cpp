@@ -217,18 +217,18 @@ AabbTree::Nearest AabbTree::nearest(const Point& point, double upper_bound) cons
 }
 
 void AabbTree::append_overlaps(const Box& box, std::vector<std::uint32_t>& out) const {
-  std::vector<std::uint32_t> stack;
-  if (!nodes_.empty()) stack.push_back(0);
+  std::array<std::uint32_t, kStackSize> stack;
+  int size = 0;
   const auto overlaps = [&box](const Point& lower, const Point& upper) {
     return (lower.array() <= box.upper.array()).all() && (upper.array() >= box.lower.array()).all();
   };
-  while (!stack.empty()) {
-    const Node& node = nodes_[stack.back()];
-    stack.pop_back();
+  if (!nodes_.empty()) stack[static_cast<std::size_t>(size++)] = 0;
+  while (size > 0) {
+    const Node& node = nodes_[stack[static_cast<std::size_t>(--size)]];
     if (!overlaps(node.lower, node.upper)) continue;
     if (node.count == 0) {
-      stack.push_back(node.first + 1);
-      stack.push_back(node.first);
+      stack[static_cast<std::size_t>(size++)] = node.first + 1;
+      stack[static_cast<std::size_t>(size++)] = node.first;
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
