@@ -12,6 +12,16 @@
 
 namespace voxcarve::test {
 
+/// How many of `cases` random ones a test runs: under sanitizers, whose every case takes ten times as long, a tenth.
+template <class Count>
+constexpr Count random_cases(Count cases) {
+#ifdef __SANITIZE_ADDRESS__
+  return (cases + 9) / 10;
+#else
+  return cases;
+#endif
+}
+
 /// A soup with its triangles turned round.
 TriangleSoup inside_out(TriangleSoup soup);
 

@@ -13,6 +13,7 @@
 #include "common/mesh/io/mesh_io.h"
 #include "common/mesh/triangle_crossings.h"
 #include "common/run/errors.h"
+#include "tests/support/shapes.h"
 #include "tests/unit/arrangement_checks.h"
 #include "tests/unit/metric_shapes.h"
 
@@ -238,7 +239,7 @@ TEST(Arrange, ACleanMeshStaysAsItIs) {
 }
 
 TEST(Arrange, RandomSoupsOnLattices) {
-  for (std::uint64_t seed = 0; seed < 120; ++seed) {
+  for (std::uint64_t seed = 0; seed < test::random_cases(std::uint64_t{120}); ++seed) {
     SCOPED_TRACE(seed);
     const int count = 30 + static_cast<int>(seed % 3) * 5;
     const TriangleSoup soup = lattice_soup(count, 3 + static_cast<int>(seed % 3), seed);
@@ -261,7 +262,7 @@ TEST(Arrange, LargerSoupsOnLattices) {
 
 TEST(Arrange, RandomSoupsWithoutALattice) {
   // Coordinates with all their bits, so new vertices are nearly all rounded.
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+  for (std::uint64_t seed = 0; seed < test::random_cases(std::uint64_t{20}); ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> share(-1, 1);
