@@ -14,7 +14,7 @@ namespace voxcarve::test {
 
 /// How many of `cases` random ones a test runs: under sanitizers, whose every case takes ten times as long, a tenth.
 template <class Count>
-constexpr Count random_cases(Count cases) {
+constexpr Count case_count(Count cases) {
 #ifdef __SANITIZE_ADDRESS__
   return (cases + 9) / 10;
 #else

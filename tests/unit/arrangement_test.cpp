@@ -239,7 +239,7 @@ TEST(Arrange, ACleanMeshStaysAsItIs) {
 }
 
 TEST(Arrange, RandomSoupsOnLattices) {
-  for (std::uint64_t seed = 0; seed < test::random_cases(std::uint64_t{120}); ++seed) {
+  for (std::uint64_t seed = 0; seed < test::case_count(std::uint64_t{120}); ++seed) {
     SCOPED_TRACE(seed);
     const int count = 30 + static_cast<int>(seed % 3) * 5;
     const TriangleSoup soup = lattice_soup(count, 3 + static_cast<int>(seed % 3), seed);
@@ -252,7 +252,7 @@ TEST(Arrange, RandomSoupsOnLattices) {
 
 TEST(Arrange, LargerSoupsOnLattices) {
   for (const int count : {100, 200}) {
-    if (count > 100 && test::random_cases(10) < 10) continue;  // every pair of parts is checked: long under sanitizers
+    if (count > 100 && test::case_count(10) < 10) continue;  // every pair of parts is checked: long under sanitizers
     SCOPED_TRACE(count);
     const TriangleSoup soup = lattice_soup(count, 4, static_cast<std::uint64_t>(count));
     const Arrangement a = arranged(soup);
@@ -263,7 +263,7 @@ TEST(Arrange, LargerSoupsOnLattices) {
 
 TEST(Arrange, RandomSoupsWithoutALattice) {
   // Coordinates with all their bits, so new vertices are nearly all rounded.
-  for (std::uint64_t seed = 0; seed < test::random_cases(std::uint64_t{20}); ++seed) {
+  for (std::uint64_t seed = 0; seed < test::case_count(std::uint64_t{20}); ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> share(-1, 1);

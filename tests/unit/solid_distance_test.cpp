@@ -102,7 +102,7 @@ class SlowDistance {
   const Complement& mesh_;
 };
 
-constexpr int kCells = 2 + test::random_cases(3);  // of a tetrahedron's edge, between samples
+constexpr int kCells = 2 + test::case_count(3);  // of a tetrahedron's edge, between samples
 
 struct Case {
   const char* name;
@@ -129,7 +129,7 @@ TEST(StepWithin, IsTheFirstWhoseSolidReachesNoFarther) {
     const double diagonal = bounds(tested.model).diagonal();
     std::uint32_t before = stream.last_step();
     for (const double share : {0.001, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 1.0}) {
-      if (share < 0.05 && test::random_cases(10) < 10) continue;  // what takes longest, under sanitizers
+      if (share < 0.05 && test::case_count(10) < 10) continue;  // what takes longest, under sanitizers
       SCOPED_TRACE(std::string(tested.name) + " " + std::to_string(share));
       const double distance = share * diagonal;
       RunContext context;

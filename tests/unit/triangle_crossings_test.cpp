@@ -84,7 +84,7 @@ TEST(FindCrossings, OneUnitInTheLastPlaceDecides) {
 TEST(FindCrossings, AgreesWithEveryPairByExactIntegers) {
   // Lattices of 2 to 5 points: most pairs touch in corners, along edges, or overlap in a plane.
   int found = 0;
-  for (std::uint64_t seed = 0; seed < test::random_cases(std::uint64_t{300}); ++seed) {
+  for (std::uint64_t seed = 0; seed < test::case_count(std::uint64_t{300}); ++seed) {
     SCOPED_TRACE(seed);
     const TriangleSoup merged = merge_equal_positions(lattice_soup(40, 2 + static_cast<int>(seed % 4), seed));
     TriangleSoup soup = merged;
@@ -101,13 +101,13 @@ TEST(FindCrossings, AgreesWithEveryPairByExactIntegers) {
     ASSERT_EQ(pairs, slow_crossings(soup));
     found += static_cast<int>(pairs.size());
   }
-  EXPECT_GT(found, test::random_cases(10000));
+  EXPECT_GT(found, test::case_count(10000));
 }
 
 TEST(FindCrossings, ContactPointsLieInBoth) {
   // On small integers the point of an edge in a plane is computed well enough to say that it is in both triangles.
   int compared = 0;
-  for (std::uint64_t seed = 0; seed < test::random_cases(std::uint64_t{200}); ++seed) {
+  for (std::uint64_t seed = 0; seed < test::case_count(std::uint64_t{200}); ++seed) {
     TriangleSoup soup = lattice_soup(1, 7, seed);
     append(soup, lattice_soup(1, 7, seed + 1000));
     soup = merge_equal_positions(soup);
@@ -132,7 +132,7 @@ TEST(FindCrossings, ContactPointsLieInBoth) {
       }
     }
   }
-  EXPECT_GT(compared, test::random_cases(100));
+  EXPECT_GT(compared, test::case_count(100));
 }
 
 }  // namespace

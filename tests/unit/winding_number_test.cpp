@@ -66,7 +66,7 @@ std::vector<Point> query_points(const TriangleSoup& soup, int count, std::uint64
   const Box box = bounds(soup);
   const Point reach = box.extent() + Point::Constant(0.1 * box.diagonal());  // out of the plane of a flat soup
   std::vector<Point> points;
-  for (int i = 0; i < test::random_cases(count); ++i) {
+  for (int i = 0; i < test::case_count(count); ++i) {
     const double size = i % 5 == 0 ? 20 : 1.3;
     points.emplace_back(box.center() + size * (random.point() - Point::Constant(0.5)).cwiseProduct(reach));
     const double distance = (random.next() < 0.5 ? -1 : 1) * std::pow(10.0, -1 - 5 * random.next());
@@ -177,7 +177,7 @@ TEST(WindingNumber, NestedSpheresAdd) {
   const WindingNumber shell(joined(outer, as_cavity(inner)));
   const WindingNumber twice_less(joined(flipped(outer), flipped(inner)));
   Sequence random(3);
-  for (int i = 0; i < test::random_cases(2000); ++i) {
+  for (int i = 0; i < test::case_count(2000); ++i) {
     const Point p = 2.4 * (random.point() - Point::Constant(0.5));
     const double radius = p.norm();
     // The icospheres' facets reach down to more than 0.98 of their radius.
@@ -234,7 +234,7 @@ TEST(WindingNumber, RoundsRightBesideClosedSurfaces) {
     const WindingNumber winding(soup);
     const double diagonal = bounds(soup).diagonal();
     Sequence random(11);
-    for (int i = 0; i < test::random_cases(2000); ++i) {
+    for (int i = 0; i < test::case_count(2000); ++i) {
       const double distance = std::pow(10.0, -6 - 3 * random.next()) * diagonal;  // down to 1e-9 of the diagonal
       ASSERT_NEAR(winding.at(beside_surface(soup, -distance, random)), 1, WindingNumber::kAccuracy) << distance;
       ASSERT_NEAR(winding.at(beside_surface(soup, distance, random)), 0, WindingNumber::kAccuracy) << distance;
