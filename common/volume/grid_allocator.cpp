@@ -14,12 +14,13 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
-#if defined(__has_feature)
+// GCC says so by a macro, Clang by a feature; other headers give GCC a __has_feature that knows none.
+#if defined(__SANITIZE_ADDRESS__)
+#define VOXCARVE_ADDRESS_SANITIZER
+#elif defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #define VOXCARVE_ADDRESS_SANITIZER
 #endif
-#elif defined(__SANITIZE_ADDRESS__)
-#define VOXCARVE_ADDRESS_SANITIZER
 #endif
 
 #ifdef VOXCARVE_ADDRESS_SANITIZER

@@ -11,7 +11,7 @@ using namespace test;
 
 /// The model as built here: the large one with few triangles, everything else as it comes.
 std::string small_spec(const std::string& name) {
-  return name == "blade" ? "blade?detail=0.05" : name;
+  return name == "blade" ? "blade?detail=0.05" : name == "pine" ? "pine?pairs=500" : name;
 }
 
 /// Those whose surfaces have defects on purpose, or are open, have tests of their own.
