@@ -7,6 +7,7 @@
 #include <numeric>
 #include <string>
 
+#include "common/mesh/arrangement_work.h"
 #include "common/mesh/planar_subdivision.h"
 #include "common/mesh/topology.h"
 #include "common/mesh/triangle_crossings.h"
@@ -22,149 +23,10 @@ constexpr double kWeldGrowth = 16;      // from pass to pass
 constexpr std::int64_t kGroupsAChunk = 8;
 constexpr std::uint32_t kNone = 0xffffffffU;
 
-/// What the passes work on.
-struct Work {
-  TriangleSoup soup;
-  std::vector<std::int32_t> multiplicity;
-  std::vector<std::uint32_t> source;
-  std::size_t old_vertices = 0;  ///< the first so many positions are the soup's own
-};
-
-/// How many of each kind a clean-up took away.
-struct Removed {
-  std::int64_t vertices = 0;
-  std::int64_t degenerate = 0;
-  std::int64_t duplicates = 0;
-};
-
-/// Renames every vertex that triangles use to the first of them at its position.
-std::int64_t merge_vertices(TriangleSoup& soup) {
-  std::vector<std::uint32_t> order;
-  {
-    std::vector<bool> used(soup.positions.size(), false);
-    for (const Triangle& t : soup.triangles)
-      for (const std::uint32_t vertex : t) used[vertex] = true;
-    for (std::uint32_t i = 0; i < used.size(); ++i)
-      if (used[i]) order.push_back(i);
-  }
-  const auto compare = [&soup](std::uint32_t i, std::uint32_t j) {
-    const Point& p = soup.positions[i];
-    const Point& q = soup.positions[j];
-    for (const Eigen::Index axis : {0, 1, 2})
-      if (p[axis] != q[axis]) return p[axis] < q[axis] ? -1 : 1;
-    return 0;
-  };
-  std::sort(order.begin(), order.end(), [&compare](std::uint32_t i, std::uint32_t j) {
-    const int sign = compare(i, j);
-    return sign != 0 ? sign < 0 : i < j;
-  });
-  std::vector<std::uint32_t> first(soup.positions.size(), kNone);
-  std::int64_t merged = 0;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && compare(order[i - 1], order[i]) == 0;
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-    merged += same ? 1 : 0;
-  }
-  for (Triangle& t : soup.triangles)
-    for (std::uint32_t& vertex : t) vertex = first[vertex];
-  return merged;
-}
-
-/// Keeps the triangles that `keep` names, in its order.
-void select_triangles(Work& work, const std::vector<std::uint32_t>& keep) {
-  const auto select = [&keep](auto& values) {
-    std::decay_t<decltype(values)> selected;
-    selected.reserve(keep.size());
-    for (const std::uint32_t index : keep) selected.push_back(values[index]);
-    values = std::move(selected);
-  };
-  select(work.soup.triangles);
-  select(work.multiplicity);
-  select(work.source);
-}
-
-/// The triangle with its smallest vertex first and, if need be, turned round, so that coinciding ones become equal.
-struct Unoriented {
-  Triangle corners;
-  bool turned;
-  std::uint32_t index;
-
-  Unoriented(const Triangle& t, std::uint32_t i) : corners(t), turned(false), index(i) {
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-    if (corners[1] > corners[2]) {
-      std::swap(corners[1], corners[2]);
-      turned = true;
-    }
-  }
-};
-
-/// Adds up the multiplicities of triangles with the same vertices in the first of them.
-std::int64_t merge_duplicates(Work& work) {
-  std::vector<Unoriented> triangles;
-  triangles.reserve(work.soup.triangles.size());
-  for (std::uint32_t i = 0; i < work.soup.triangles.size(); ++i) triangles.emplace_back(work.soup.triangles[i], i);
-  std::sort(triangles.begin(), triangles.end(), [](const Unoriented& t, const Unoriented& u) {
-    return t.corners != u.corners ? t.corners < u.corners : t.index < u.index;
-  });
-  std::vector<std::uint32_t> keep;
-  const Unoriented* first = nullptr;
-  for (const Unoriented& t : triangles) {
-    if (first == nullptr || first->corners != t.corners) {
-      first = &t;
-      keep.push_back(t.index);
-    } else {
-      work.multiplicity[first->index] += (t.turned == first->turned ? 1 : -1) * work.multiplicity[t.index];
-    }
-  }
-  const auto merged = static_cast<std::int64_t>(triangles.size() - keep.size());
-  std::sort(keep.begin(), keep.end());
-  if (merged > 0) select_triangles(work, keep);
-  return merged;
-}
-
-/// Drops vertices that no triangle uses.
-void compact_vertices(Work& work) {
-  std::vector<std::uint32_t> renamed(work.soup.positions.size(), kNone);
-  for (const Triangle& t : work.soup.triangles)
-    for (const std::uint32_t vertex : t) renamed[vertex] = 0;
-  const auto old_end = renamed.begin() + static_cast<std::ptrdiff_t>(work.old_vertices);
-  work.old_vertices = static_cast<std::size_t>(std::count(renamed.begin(), old_end, 0U));
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < renamed.size(); ++i) {
-    if (renamed[i] == kNone) continue;
-    work.soup.positions[count] = work.soup.positions[i];
-    renamed[i] = count++;
-  }
-  work.soup.positions.resize(count);
-  for (Triangle& t : work.soup.triangles)
-    for (std::uint32_t& vertex : t) vertex = renamed[vertex];
-}
-
-Removed clean_up(Work& work, const RunContext& context) {
-  Removed removed;
-  context.check_cancelled();
-  removed.vertices = merge_vertices(work.soup);
-  context.check_cancelled();
-  std::vector<std::uint32_t> keep;
-  keep.reserve(work.soup.triangles.size());
-  for (std::uint32_t i = 0; i < work.soup.triangles.size(); ++i) {
-    if (i % 65536 == 0) context.check_cancelled();
-    const Triangle& t = work.soup.triangles[i];
-    const auto& p = work.soup.positions;
-    if (has_distinct_corners(t) && !are_collinear(p[t[0]], p[t[1]], p[t[2]])) keep.push_back(i);
-  }
-  removed.degenerate = static_cast<std::int64_t>(work.soup.triangles.size() - keep.size());
-  if (removed.degenerate > 0) select_triangles(work, keep);
-  context.check_cancelled();
-  removed.duplicates = merge_duplicates(work);
-  compact_vertices(work);
-  return removed;
-}
-
 /// Moves new vertices at crossings to the first vertex there, if one is within `reach`. Where planes are nearly the
 /// same, points closer than the spacing of numbers come from them, and rounding turns the parts between these over,
 /// again in each pass; without such parts there is nothing to turn over.
-void weld(Work& work, const std::vector<Crossing>& crossings, double reach) {
+void weld(ArrangementWork& work, const std::vector<Crossing>& crossings, double reach) {
   auto& positions = work.soup.positions;
   std::vector<std::uint32_t> near;
   for (const Crossing& crossing : crossings) {
@@ -185,8 +47,16 @@ void weld(Work& work, const std::vector<Crossing>& crossings, double reach) {
       if (apart.cwiseAbs().maxCoeff() <= reach) places.join(near[i], near[j]);
     }
   }
+  std::vector<bool> moved(positions.size(), false);
   for (const std::uint32_t vertex : near) {
-    if (vertex >= work.old_vertices) positions[vertex] = positions[places.find(vertex)];
+    const std::uint32_t place = places.find(vertex);
+    if (vertex < work.old_vertices || place == vertex) continue;
+    positions[vertex] = positions[place];
+    moved[vertex] = true;
+  }
+  for (std::size_t i = 0; i < work.suspects.size(); ++i) {
+    const Triangle& t = work.soup.triangles[i];
+    if (moved[t[0]] || moved[t[1]] || moved[t[2]]) work.suspects[i] = true;
   }
 }
 
@@ -257,7 +127,8 @@ std::uint64_t memory_estimate(const std::vector<Group>& groups, int threads) {
 }
 
 /// Appends the parts of a group, each in the orientation of its first source.
-void append_parts(const PlanarSubdivision& division, const Work& work, std::size_t old_positions, Work& out) {
+void append_parts(const PlanarSubdivision& division, const ArrangementWork& work, std::size_t old_positions,
+                  ArrangementWork& out) {
   const auto shift = static_cast<std::uint32_t>(out.soup.positions.size() - old_positions);
   std::size_t cover = 0;
   for (const PlanarPart& part : division.parts) {
@@ -272,38 +143,44 @@ void append_parts(const PlanarSubdivision& division, const Work& work, std::size
     for (std::uint32_t& vertex : corners)
       if (vertex >= old_positions) vertex += shift;
     if (!first.aligned) std::swap(corners[1], corners[2]);
-    out.soup.triangles.push_back(corners);
-    out.multiplicity.push_back(first.aligned ? multiplicity : -multiplicity);
-    out.source.push_back(work.source[first.triangle]);
+    out.append(corners, first.aligned ? multiplicity : -multiplicity, work.source[first.triangle], true);
   }
   out.soup.positions.insert(out.soup.positions.end(), division.new_positions.begin(), division.new_positions.end());
 }
 
 /// Replaces the triangles of the groups by their parts.
-Work replaced(const Work& work, const std::vector<Group>& groups, const std::vector<PlanarSubdivision>& divisions) {
-  Work out;
-  out.old_vertices = work.old_vertices;
-  out.soup.positions = work.soup.positions;
+void replace(ArrangementWork& work, const std::vector<Group>& groups, const std::vector<PlanarSubdivision>& divisions) {
+  const std::size_t old_positions = work.soup.positions.size();
+  ArrangementWork parts;
+  parts.soup.positions = std::move(work.soup.positions);
+  for (const PlanarSubdivision& division : divisions) append_parts(division, work, old_positions, parts);
+  std::vector<std::uint32_t> order(parts.source.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&parts](std::uint32_t i, std::uint32_t j) { return parts.source[i] < parts.source[j]; });
   std::vector<bool> split(work.soup.triangles.size(), false);
   for (const Group& group : groups)
     for (const std::uint32_t triangle : group.triangles) split[triangle] = true;
-  for (std::size_t i = 0; i < split.size(); ++i) {
+
+  ArrangementWork out;
+  out.old_vertices = work.old_vertices;
+  out.soup.positions = std::move(parts.soup.positions);
+  out.reserve(split.size() + order.size());
+  std::size_t next = 0;  // in the order of the parts: those of a source come after what it has kept
+  const auto append_parts_before = [&](std::uint32_t source) {
+    for (; next < order.size() && parts.source[order[next]] < source; ++next) out.append(parts, order[next]);
+  };
+  for (std::uint32_t i = 0; i < split.size(); ++i) {
     if (split[i]) continue;
-    out.soup.triangles.push_back(work.soup.triangles[i]);
-    out.multiplicity.push_back(work.multiplicity[i]);
-    out.source.push_back(work.source[i]);
+    append_parts_before(work.source[i]);
+    out.append(work, i);
   }
-  for (const PlanarSubdivision& division : divisions) append_parts(division, work, work.soup.positions.size(), out);
-  std::vector<std::uint32_t> order(out.source.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&out](std::uint32_t i, std::uint32_t j) { return out.source[i] < out.source[j]; });
-  select_triangles(out, order);
-  return out;
+  append_parts_before(kNone);
+  work = std::move(out);
 }
 
 /// One pass: cuts all triangles along their crossings, to the last bit, and rounds. Returns how many were cut.
-std::int64_t resolve(Work& work, const std::vector<Crossing>& crossings, RunContext& context) {
+std::int64_t resolve(ArrangementWork& work, const std::vector<Crossing>& crossings, RunContext& context) {
   const std::vector<Group> groups = groups_of(work.soup, crossings);
   std::int64_t total = 0;
   std::int64_t triangles = 0;
@@ -323,7 +200,7 @@ std::int64_t resolve(Work& work, const std::vector<Crossing>& crossings, RunCont
                    stage.advance(static_cast<std::int64_t>(group.triangles.size() + group.constraints.size()));
                  }
                });
-  work = replaced(work, groups, divisions);
+  replace(work, groups, divisions);
   clean_up(work, context);
   return triangles;
 }
@@ -334,7 +211,21 @@ double largest_coordinate(const TriangleSoup& soup) {
   return largest;
 }
 
-[[noreturn]] void throw_unresolved(const Work& work, const std::vector<Crossing>& crossings) {
+/// All pairs that cross. Suspects are then what is in them: of others, no two cross.
+///
+/// That stays so while suspects are replaced, as parts of them are suspects, and when vertices move, as their triangles
+/// become suspects. Nor do other triangles cross after a clean-up: it moves nothing, and vertices that become common
+/// are one more thing that triangles may have in common. So it is enough to look at suspects again.
+std::vector<Crossing> find_next_crossings(ArrangementWork& work, RunContext& context) {
+  const bool all = std::find(work.suspects.begin(), work.suspects.end(), false) == work.suspects.end();
+  std::vector<Crossing> crossings =
+      all ? find_crossings(work.soup, context) : find_crossings(work.soup, work.suspects, context);
+  work.suspects.assign(work.suspects.size(), false);
+  for (const Crossing& crossing : crossings) work.suspects[crossing.first] = work.suspects[crossing.second] = true;
+  return crossings;
+}
+
+[[noreturn]] void throw_unresolved(const ArrangementWork& work, const std::vector<Crossing>& crossings) {
   throw MethodFailure("after " + std::to_string(kMostPasses) + " passes " + std::to_string(crossings.size()) +
                       " pairs of triangles still cross, parts of triangles " +
                       std::to_string(work.source[crossings[0].first]) + " and " +
@@ -345,7 +236,7 @@ double largest_coordinate(const TriangleSoup& soup) {
 
 Arrangement arrange(const TriangleSoup& soup, RunContext& context) {
   validate(soup, "the soup to arrange");
-  Work work;
+  ArrangementWork work;
   ArrangementReport report;
   {
     Stage stage(context, "merging", 1);
@@ -356,24 +247,25 @@ Arrangement arrange(const TriangleSoup& soup, RunContext& context) {
     work.multiplicity.assign(soup.triangles.size(), 1);
     work.source.resize(soup.triangles.size());
     std::iota(work.source.begin(), work.source.end(), 0U);
+    work.suspects.assign(soup.triangles.size(), true);
     work.old_vertices = soup.positions.size();
     const Removed removed = clean_up(work, context);
     report.merged_vertices = removed.vertices;
     report.degenerate_triangles = removed.degenerate;
     report.duplicate_triangles = removed.duplicates;
   }
-  std::vector<Crossing> crossings = find_crossings(work.soup, context);
+  std::vector<Crossing> crossings = find_next_crossings(work, context);
   report.crossing_pairs = static_cast<std::int64_t>(crossings.size());
   for (double reach = kFirstWeld * largest_coordinate(work.soup); !crossings.empty(); reach *= kWeldGrowth) {
     if (report.passes == kMostPasses) throw_unresolved(work, crossings);
     report.split_triangles += resolve(work, crossings, context);
     ++report.passes;
-    crossings = find_crossings(work.soup, context);
+    crossings = find_next_crossings(work, context);
     if (crossings.empty()) break;
     report.rounding_pairs += static_cast<std::int64_t>(crossings.size());
     weld(work, crossings, reach);
     clean_up(work, context);
-    crossings = find_crossings(work.soup, context);
+    crossings = find_next_crossings(work, context);
   }
   report.new_vertices = static_cast<std::int64_t>(work.soup.positions.size() - work.old_vertices);
   return {std::move(work.soup), std::move(work.multiplicity), std::move(work.source), report};

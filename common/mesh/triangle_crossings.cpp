@@ -8,9 +8,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <optional>
 
-#include "common/mesh/aabb_tree.h"
+#include "common/mesh/box_pairs.h"
+#include "common/mesh/triangle_separation.h"
 
 namespace voxcarve {
 
@@ -19,7 +21,8 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Signs = std::array<int, 3>;
 
-constexpr std::int64_t kTrianglesAChunk = 512;
+constexpr std::int64_t kTrianglesAChunk = 4096;
+constexpr std::int64_t kBlocksAChunk = 64;
 
 int orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
   const auto exact = [](const Point& p) { return Kernel::Point_3(p[0], p[1], p[2]); };
@@ -215,6 +218,110 @@ class PairTest {
   std::size_t ends_count_ = 0;
 };
 
+/// Tests every pair with overlapping boxes.
+class CrossingSearch {
+ public:
+  CrossingSearch(const TriangleSoup& soup, const std::vector<bool>* suspects, RunContext& context)
+      : soup_(soup), suspects_(suspects), context_(context) {}
+
+  std::vector<Crossing> run() {
+    Stage stage(context_, "finding crossing triangles", static_cast<std::int64_t>(soup_.triangles.size()));
+    context_.require_memory(soup_.triangles.size() * kBytesATriangle, "finding crossing triangles");
+    const std::vector<std::uint32_t> names = triangles_to_test();
+    stage.set_total(static_cast<std::int64_t>(names.size()));
+    const BoxPairs pairs(boxes_of(names));
+    std::vector<Item> items(names.size());  // in the order of the pairs: a triangle is tested with those near it
+    for_each(items.size(), [&](std::size_t place) { items[place] = item_of(names[pairs.order()[place]]); });
+
+    const auto blocks = static_cast<std::int64_t>(pairs.block_count());
+    std::vector<std::vector<Crossing>> found(static_cast<std::size_t>((blocks + kBlocksAChunk - 1) / kBlocksAChunk));
+    std::atomic<std::uint64_t> count = 0;
+    parallel_for(context_, 0, blocks, kBlocksAChunk, [&](std::int64_t begin, std::int64_t end) {
+      std::vector<Crossing>& here = found[static_cast<std::size_t>(begin / kBlocksAChunk)];
+      for (std::int64_t block = begin; block < end; ++block) {
+        const std::size_t before = here.size();
+        pairs.visit_pairs(static_cast<std::size_t>(block), context_,
+                          [&](std::size_t i, std::size_t j) { test(items[i], items[j], here); });
+        if (here.size() == before) continue;
+        const std::uint64_t so_far = count += here.size() - before;
+        // Once in the chunks, once in the result.
+        context_.require_memory(soup_.triangles.size() * kBytesATriangle + so_far * 2 * sizeof(Crossing),
+                                "the list of crossing triangles");
+      }
+      stage.advance((end - begin) * static_cast<std::int64_t>(BoxPairs::kBlockSize));
+    });
+    std::vector<Crossing> crossings;
+    crossings.reserve(count);
+    for (const auto& part : found) crossings.insert(crossings.end(), part.begin(), part.end());
+    std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+      return a.first != b.first ? a.first < b.first : a.second < b.second;
+    });
+    return crossings;
+  }
+
+ private:
+  struct Item {
+    CorneredTriangle triangle;
+    std::uint32_t name = 0;
+    bool suspect = false;
+  };
+  static constexpr std::uint64_t kBytesATriangle =
+      sizeof(std::uint32_t) + sizeof(Box) + BoxPairs::kBytesABox + sizeof(Item);
+
+  template <class Body>
+  void for_each(std::size_t count, const Body& body) const {
+    parallel_for(context_, 0, static_cast<std::int64_t>(count), kTrianglesAChunk,
+                 [&body](std::int64_t begin, std::int64_t end) {
+                   for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) body(i);
+                 });
+  }
+
+  bool is_suspect(std::uint32_t triangle) const { return suspects_ == nullptr || (*suspects_)[triangle]; }
+
+  Box box_of(std::uint32_t triangle) const {
+    Box box;
+    for (const std::uint32_t vertex : soup_.triangles[triangle]) box.extend(soup_.positions[vertex]);
+    return box;
+  }
+
+  std::vector<Box> boxes_of(const std::vector<std::uint32_t>& names) const {
+    std::vector<Box> boxes(names.size());
+    for_each(names.size(), [&](std::size_t i) { boxes[i] = box_of(names[i]); });
+    return boxes;
+  }
+
+  Item item_of(std::uint32_t name) const {
+    return {CorneredTriangle(soup_, soup_.triangles[name]), name, is_suspect(name)};
+  }
+
+  /// The suspects and what comes near one.
+  std::vector<std::uint32_t> triangles_to_test() const {
+    std::vector<std::uint32_t> names(soup_.triangles.size());
+    std::iota(names.begin(), names.end(), 0U);
+    if (suspects_ == nullptr) return names;
+    std::vector<std::uint32_t> suspects = names;
+    std::erase_if(suspects, [this](std::uint32_t triangle) { return !is_suspect(triangle); });
+    const BoxPairs suspect_boxes(boxes_of(suspects));
+    std::vector<char> taken(names.size());
+    for_each(names.size(), [&](std::size_t i) {
+      taken[i] = is_suspect(names[i]) || suspect_boxes.any_overlaps(box_of(names[i])) ? 1 : 0;
+    });
+    std::erase_if(names, [&taken](std::uint32_t triangle) { return taken[triangle] == 0; });
+    return names;
+  }
+
+  void test(const Item& one, const Item& other, std::vector<Crossing>& out) const {
+    if (!one.suspect && !other.suspect) return;
+    if (certainly_apart(one.triangle, other.triangle)) return;
+    const auto [first, second] = std::minmax(one.name, other.name);
+    if (const auto crossing = PairTest(soup_, first, second).run()) out.push_back(*crossing);
+  }
+
+  const TriangleSoup& soup_;
+  const std::vector<bool>* suspects_;  ///< null: all are
+  RunContext& context_;
+};
+
 }  // namespace
 
 bool are_collinear(const Point& a, const Point& b, const Point& c) {
@@ -222,42 +329,11 @@ bool are_collinear(const Point& a, const Point& b, const Point& c) {
 }
 
 std::vector<Crossing> find_crossings(const TriangleSoup& soup, RunContext& context) {
-  const auto count = static_cast<std::int64_t>(soup.triangles.size());
-  Stage stage(context, "finding crossing triangles", count);
-  // The tree has at most a node for every triangle, and while it is built a box and a centre of each.
-  const std::uint64_t tree_bytes = soup.triangles.size() * 240;
-  context.require_memory(tree_bytes, "finding crossing triangles");
-  const AabbTree tree(soup);
+  return CrossingSearch(soup, nullptr, context).run();
+}
 
-  std::vector<std::vector<Crossing>> found(static_cast<std::size_t>((count + kTrianglesAChunk - 1) / kTrianglesAChunk));
-  std::atomic<std::uint64_t> pairs = 0;
-  parallel_for(context, 0, count, kTrianglesAChunk, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Crossing>& here = found[static_cast<std::size_t>(begin / kTrianglesAChunk)];
-    std::vector<std::uint32_t> candidates;
-    for (auto first = static_cast<std::uint32_t>(begin); first < end; ++first) {
-      Box box;
-      for (const std::uint32_t vertex : soup.triangles[first]) box.extend(soup.positions[vertex]);
-      candidates.clear();
-      tree.append_overlaps(box, candidates);
-      std::erase_if(candidates, [first](std::uint32_t second) { return second <= first; });
-      std::sort(candidates.begin(), candidates.end());
-      const std::size_t before = here.size();
-      for (std::size_t i = 0; i < candidates.size(); ++i) {
-        if (i % 4096 == 4095) context.check_cancelled();
-        if (const auto crossing = PairTest(soup, first, candidates[i]).run()) here.push_back(*crossing);
-      }
-      // Once in the chunks, once in the result.
-      const std::uint64_t so_far = pairs += here.size() - before;
-      if (here.size() > before) {
-        context.require_memory(tree_bytes + so_far * 2 * sizeof(Crossing), "the list of crossing triangles");
-      }
-    }
-    stage.advance(end - begin);
-  });
-  std::vector<Crossing> crossings;
-  crossings.reserve(pairs);
-  for (const auto& part : found) crossings.insert(crossings.end(), part.begin(), part.end());
-  return crossings;
+std::vector<Crossing> find_crossings(const TriangleSoup& soup, const std::vector<bool>& suspects, RunContext& context) {
+  return CrossingSearch(soup, &suspects, context).run();
 }
 
 }  // namespace voxcarve

@@ -37,6 +37,10 @@ struct Crossing {
 /// budget, and Cancelled.
 std::vector<Crossing> find_crossings(const TriangleSoup& soup, RunContext& context);
 
+/// Only the pairs of which at least one is a suspect, one flag a triangle. Where no two others cross, these are all.
+/// Takes the time of the suspects and of those near them, and O(n) of a few comparisons.
+std::vector<Crossing> find_crossings(const TriangleSoup& soup, const std::vector<bool>& suspects, RunContext& context);
+
 /// True when three points lie on a line, exactly.
 bool are_collinear(const Point& a, const Point& b, const Point& c);
 

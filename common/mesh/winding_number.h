@@ -61,7 +61,7 @@ class WindingNumber {
     std::uint32_t skip = 0;   ///< the next node that is not below this one; of a leaf, the next node
   };
   /// Homogeneous harmonic polynomials of the direction from a point to a node's centre; coefficients in the order
-  /// x, y, z; xx, yy, zz, xy, yz, zx; xxx, yyy, zzz, xxy, yyz, zzx, xyy, yzz, zxx, xyz.
+  /// x, y, z; x^2, y^2, z^2, xy, yz, zx; x^3, y^3, z^3, x^2 y, y^2 z, z^2 x, x y^2, y z^2, z x^2, xyz.
   struct Expansion {
     std::array<double, 3> first{};
     std::array<double, 6> second{};

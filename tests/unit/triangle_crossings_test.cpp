@@ -8,9 +8,11 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "common/mesh/aabb_tree.h"
+#include "common/run/errors.h"
 #include "tests/support/shapes.h"
 #include "tests/unit/arrangement_checks.h"
 
@@ -41,6 +43,19 @@ std::size_t crossings_between(const std::vector<Point>& first, std::vector<Point
     count = pairs.size();
   } while (std::next_permutation(order.begin(), order.end()));
   return *count;
+}
+
+/// A soup of triangles that are neither collinear nor the same, with one vertex a position.
+TriangleSoup clean_lattice_soup(int count, int side, std::uint64_t seed) {
+  TriangleSoup soup = merge_equal_positions(lattice_soup(count, side, seed));
+  std::map<Triangle, int> seen;
+  std::erase_if(soup.triangles, [&](const Triangle& t) {
+    Triangle sorted = t;
+    std::sort(sorted.begin(), sorted.end());
+    return test::exactly_collinear({soup.positions[t[0]], soup.positions[t[1]], soup.positions[t[2]]}) ||
+           seen[sorted]++ > 0;
+  });
+  return soup;
 }
 
 TEST(FindCrossings, PairsByHand) {
@@ -86,22 +101,71 @@ TEST(FindCrossings, AgreesWithEveryPairByExactIntegers) {
   int found = 0;
   for (std::uint64_t seed = 0; seed < test::case_count(std::uint64_t{300}); ++seed) {
     SCOPED_TRACE(seed);
-    const TriangleSoup merged = merge_equal_positions(lattice_soup(40, 2 + static_cast<int>(seed % 4), seed));
-    TriangleSoup soup = merged;
-    soup.triangles.clear();
-    std::map<Triangle, int> seen;
-    for (const Triangle& t : merged.triangles) {
-      Triangle sorted = t;
-      std::sort(sorted.begin(), sorted.end());
-      const bool flat =
-          test::exactly_collinear({merged.positions[t[0]], merged.positions[t[1]], merged.positions[t[2]]});
-      if (!flat && seen[sorted]++ == 0) soup.triangles.push_back(t);
-    }
+    const TriangleSoup soup = clean_lattice_soup(40, 2 + static_cast<int>(seed % 4), seed);
     const auto pairs = crossings_of(soup);
     ASSERT_EQ(pairs, slow_crossings(soup));
     found += static_cast<int>(pairs.size());
   }
   EXPECT_GT(found, test::case_count(10000));
+}
+
+TEST(FindCrossings, OfSuspectsOnly) {
+  for (std::uint64_t seed = 0; seed < test::case_count(std::uint64_t{60}); ++seed) {
+    SCOPED_TRACE(seed);
+    const TriangleSoup soup = clean_lattice_soup(60, 3 + static_cast<int>(seed % 20), seed);
+    RunContext context;
+    context.threads = 1 + static_cast<int>(seed % 2);
+    const std::vector<Crossing> all = find_crossings(soup, context);
+    std::mt19937_64 random(seed);
+    for (const std::uint64_t one_in : {1, 2, 10, 1000}) {
+      std::vector<bool> suspects(soup.triangles.size());
+      for (std::size_t i = 0; i < suspects.size(); ++i) suspects[i] = random() % one_in == 0;
+      std::vector<Crossing> expected = all;
+      std::erase_if(expected, [&](const Crossing& c) { return !suspects[c.first] && !suspects[c.second]; });
+      const std::vector<Crossing> found = find_crossings(soup, suspects, context);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        EXPECT_EQ(found[i].first, expected[i].first);
+        EXPECT_EQ(found[i].second, expected[i].second);
+        EXPECT_EQ(found[i].coplanar, expected[i].coplanar);
+        EXPECT_EQ(found[i].ends, expected[i].ends);
+      }
+    }
+  }
+}
+
+TEST(FindCrossings, AtAnyScaleAndAmongClusters) {
+  // The same soup at three scales, far apart, the smallest within a rounding error of nothing beside the largest: in
+  // each of them the pairs that it has alone, and no others.
+  const TriangleSoup soup = clean_lattice_soup(60, 5, 7);
+  const auto alone = crossings_of(soup);
+  ASSERT_GT(alone.size(), 100U);
+  TriangleSoup joined;
+  std::vector<std::array<std::uint32_t, 2>> expected;
+  for (const double scale : {0x1p-300, 1.0, 0x1p300}) {
+    TriangleSoup part = soup;
+    for (Point& p : part.positions) p = scale * (p + Point::Constant(scale == 0x1p300 ? 1.0 : 8.0));
+    const auto shift = static_cast<std::uint32_t>(joined.triangles.size());
+    for (const auto& [first, second] : alone) expected.push_back({first + shift, second + shift});
+    append(joined, part);
+  }
+  EXPECT_EQ(crossings_of(joined), expected);
+}
+
+TEST(FindCrossings, RefusesAListLargerThanTheBudget) {
+  // Triangles through one line, every two of which cross: 300 * 299 / 2 pairs of 40 bytes, twice.
+  TriangleSoup soup;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    soup.positions.emplace_back(-1, -1 - 0.001 * i, -1.0 * i);
+    soup.positions.emplace_back(1, 1 + 0.001 * i, 1.0 * i);
+    soup.positions.emplace_back(2 + i, 2, 0);
+    soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  RunContext context;
+  context.memory_budget = 1'000'000;
+  EXPECT_THROW(find_crossings(soup, context), ResourceError);
+  context.memory_budget = 100'000'000;
+  EXPECT_EQ(find_crossings(soup, context).size(), 300U * 299U / 2U);
 }
 
 TEST(FindCrossings, ContactPointsLieInBoth) {
