@@ -64,8 +64,8 @@ Contest overhead_contest(std::int64_t vertices, std::optional<double> goal) {
 
 std::vector<Contest> growth(const Scope& scope) {
   std::vector<GrowthPoint> points;
-  for (const std::int64_t vertices :
-       scope.quick ? std::vector<std::int64_t>{1000, 4000} : std::vector<std::int64_t>{10000, 30000, 100000, 300000}) {
+  for (const std::int64_t vertices : scope.quick ? std::vector<std::int64_t>{1000, 4000}
+                                                 : std::vector<std::int64_t>{10000, 30000, 100000, 300000, 1000000}) {
     points.push_back({fmt::format("by vertices: {}", short_count(static_cast<double>(vertices))),
                       static_cast<double>(vertices), prepared_call(bumpy(vertices), 1, all_but_tetgen)});
   }

@@ -3,11 +3,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "common/mesh/aabb_tree.h"
+#include "methods/hagbi_elsana/carving_queue.h"
 #include "methods/hagbi_elsana/tetrahedron.h"
 
 namespace voxcarve {
@@ -43,28 +45,72 @@ class Carver {
   std::vector<std::uint32_t> run(const std::vector<Void>& voids, CarvingReport* report) {
     Stage stage(context_, "carving", std::int64_t{mesh_.first_ghost});
     context_.require_memory(memory(mesh_.size()), "carving");
-    rank_.assign(mesh_.first_ghost, 0);
+    prepare();
+    compute_quality();
+    if (counts_levels()) {
+      HeapQueue queue;
+      carve_all(queue, voids, stage);
+    } else {
+      RankQueue queue(rank_);
+      rank_ = {};
+      carve_all(queue, voids, stage);
+    }
+    if (report != nullptr) {
+      report->shut_voids = 0;
+      for (const Void& found : voids) report->shut_voids += found.volume < options_.smallest_void;
+      measure(*report);
+    }
+    return std::move(step_);
+  }
+
+  static std::uint64_t memory(std::uint32_t tetrahedra) {
+    return std::uint64_t{tetrahedra} * (sizeof(double) + 2 * sizeof(std::uint32_t) + 1 + RankQueue::kBytes);
+  }
+
+ private:
+  static constexpr std::int64_t kReportEvery = 1 << 12;
+
+  // A tetrahedron's state, in a byte, so that all of them stay at hand: which of its faces are barriers, whether it is
+  // carved, and how many of its faces that are no barriers have the outside beyond them: dC,M(t) of [HE10, 3].
+  static constexpr std::uint8_t kCarved = 16;
+  static constexpr std::uint8_t kOneOpen = 32;
+  static constexpr std::uint8_t kTwoOpen = 2 * kOneOpen;
+
+  /// Does the level at which a tetrahedron is reached count for its priority?
+  bool counts_levels() const { return options_.depth_power > 0 && options_.depth_measure == DepthMeasure::kLevel; }
+
+  void prepare() {
+    rank_.resize(mesh_.first_ghost);
     depth_.assign(mesh_.first_ghost, 0);
     step_.assign(mesh_.size(), kNeverCarved);
-    std::fill(step_.begin() + mesh_.first_ghost, step_.end(), 0U);
-    compute_quality();
-    std::uint32_t shut = 0;
+    state_.resize(mesh_.size());
+    for (std::uint32_t t = 0; t < mesh_.size(); ++t) {
+      std::uint8_t barriers = mesh_.walls[t];
+      for (std::size_t i = 0; i < 4; ++i) {
+        barriers = static_cast<std::uint8_t>(barriers | (mesh_.neighbors[t][i] == Complement::kSolid ? 1 << i : 0));
+      }
+      state_[t] = barriers;
+    }
+    for (std::uint32_t ghost = mesh_.first_ghost; ghost < mesh_.size(); ++ghost) become_outside(ghost, 0);
+  }
+
+  template <class Queue>
+  void carve_all(Queue& queue, const std::vector<Void>& voids, Stage& stage) {
     for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
-      if (outer_faces(t) > 0) enqueue(t, 1);
+      if (state_[t] >= kOneOpen) enqueue(queue, t, 1);
     }
     for (const Void& found : voids) {
-      if (found.volume < options_.smallest_void) {
-        ++shut;
-      } else {
-        enqueue(found.seed, 1);
-      }
+      if (found.volume >= options_.smallest_void) enqueue(queue, found.seed, 1);
     }
     std::uint32_t step = 0;
     std::int64_t carved = 0;
-    while (!heap_.empty()) {
-      const std::uint32_t t = pop();
-      if (step_[t] != kNeverCarved) continue;
-      carve_from(t, ++step);
+    while (!queue.empty()) {
+      const std::uint32_t t = queue.pop();
+      if constexpr (Queue::kKnowsPriorities) {
+        if (!queue.empty()) __builtin_prefetch(&mesh_.neighbors[queue.next()]);
+      }
+      if (is_carved(t)) continue;
+      carve_from(queue, t, ++step);
       carved += static_cast<std::int64_t>(now_.size());
       if (carved >= kReportEvery) {
         stage.advance(carved);
@@ -72,28 +118,7 @@ class Carver {
       }
     }
     stage.advance(carved);
-    if (report != nullptr) {
-      report->shut_voids = shut;
-      measure(*report);
-    }
-    return std::move(step_);
   }
-
-  static std::uint64_t memory(std::uint32_t tetrahedra) {
-    return std::uint64_t{tetrahedra} * (sizeof(double) + 2 * sizeof(std::uint32_t) + 2 * sizeof(Entry));
-  }
-
- private:
-  static constexpr std::int64_t kReportEvery = 1 << 12;
-
-  struct Entry {
-    double priority = 0;
-    std::uint32_t tetrahedron = 0;
-
-    bool operator<(const Entry& other) const {  // the greatest is carved first
-      return priority != other.priority ? priority < other.priority : tetrahedron > other.tetrahedron;
-    }
-  };
 
   /// Priorities without their depth, or their logarithms where depth counts, distances as depth included.
   void compute_quality() {
@@ -148,34 +173,21 @@ class Carver {
     return mesh_.first_ghost == 0 ? 1 : sum / (6.0 * mesh_.first_ghost);
   }
 
-  /// dC,M(t) of [HE10, 3]: faces on the outside that are not M's.
-  int outer_faces(std::uint32_t t) const {
-    int count = 0;
-    for (int i = 0; i < 4; ++i) {
-      count += !mesh_.is_barrier(t, i) && step_[mesh_.neighbors[t][static_cast<std::size_t>(i)]] != kNeverCarved;
-    }
-    return count;
-  }
+  bool is_carved(std::uint32_t t) const { return (state_[t] & kCarved) != 0; }
 
-  void enqueue(std::uint32_t t, std::uint32_t depth) {
+  template <class Queue>
+  void enqueue(Queue& queue, std::uint32_t t, std::uint32_t depth) {
     depth_[t] = depth;
-    double priority = rank_[t];
-    if (options_.depth_power > 0 && options_.depth_measure == DepthMeasure::kLevel) {
-      priority -= options_.depth_power * portable_log(depth);
+    if constexpr (Queue::kKnowsPriorities) {
+      queue.push(t);
+    } else {
+      queue.push(t, rank_[t] - options_.depth_power * portable_log(depth));
     }
-    heap_.push_back({priority, t});
-    std::push_heap(heap_.begin(), heap_.end());
-  }
-
-  std::uint32_t pop() {
-    std::pop_heap(heap_.begin(), heap_.end());
-    const std::uint32_t t = heap_.back().tetrahedron;
-    heap_.pop_back();
-    return t;
   }
 
   /// One step: `first`, what lies within the breadth of it, and what that exposes.
-  void carve_from(std::uint32_t first, std::uint32_t step) {
+  template <class Queue>
+  void carve_from(Queue& queue, std::uint32_t first, std::uint32_t step) {
     now_.clear();
     mark(first, step, depth_[first]);
     if (options_.breadth > 0) {
@@ -192,10 +204,10 @@ class Carver {
     }
     for (std::size_t next = 0; next < now_.size(); ++next) {
       for_each_beyond(now_[next], [&](std::uint32_t t) {
-        if (options_.exposed && outer_faces(t) > 1) {
+        if (options_.exposed && state_[t] >= kTwoOpen) {
           mark(t, step, depth_of(t, now_[next]));
         } else if (depth_[t] == 0) {
-          enqueue(t, depth_[now_[next]] + 1);
+          enqueue(queue, t, depth_[now_[next]] + 1);
         }
       });
     }
@@ -207,46 +219,68 @@ class Carver {
   }
 
   void mark(std::uint32_t t, std::uint32_t step, std::uint32_t depth) {
-    step_[t] = step;
     depth_[t] = depth;
+    become_outside(t, step);
     now_.push_back(t);
+  }
+
+  void become_outside(std::uint32_t t, std::uint32_t step) {
+    step_[t] = step;
+    const std::uint8_t state = state_[t] |= kCarved;
+    const std::array<std::uint32_t, 4> around = mesh_.neighbors[t];
+    for (std::size_t i = 0; i < 4; ++i) {  // without a branch: barriers follow no pattern
+      const bool closed = (state >> i & 1) != 0;
+      std::uint8_t& beyond = state_[closed ? t : around[i]];
+      beyond = static_cast<std::uint8_t>(beyond + (closed ? 0 : kOneOpen));  // four times at most
+    }
   }
 
   /// The neighbours not carved yet that a way leads to.
   template <class Visit>
   void for_each_beyond(std::uint32_t t, const Visit& visit) const {
-    for (int i = 0; i < 4; ++i) {
-      if (mesh_.is_barrier(t, i)) continue;
-      const std::uint32_t beyond = mesh_.neighbors[t][static_cast<std::size_t>(i)];
-      if (step_[beyond] == kNeverCarved) visit(beyond);
+    const std::uint8_t state = state_[t];
+    const std::array<std::uint32_t, 4> around = mesh_.neighbors[t];
+    for (std::size_t i = 0; i < 4; ++i) {
+      const bool closed = (state >> i & 1) != 0;
+      const std::uint32_t beyond = closed ? t : around[i];  // what was carved itself is not visited
+      if (!is_carved(beyond)) visit(beyond);
     }
   }
 
-  void measure(CarvingReport& report) const {
-    // Least numbers of tetrahedra from the hull, and in a void from its seed.
-    std::vector<std::uint32_t> least(mesh_.first_ghost, 0);
-    std::vector<std::uint32_t> queue;
-    const auto enter = [&](std::uint32_t t, std::uint32_t depth) {
-      if (least[t] != 0) return;
-      least[t] = depth;
-      queue.push_back(t);
+  void measure(CarvingReport& report) {
+    // Level by level, as if by the least numbers of tetrahedra from the hull, and in a void from its seed.
+    std::vector<std::uint8_t> reached(mesh_.size(), 0);
+    std::fill(reached.begin() + mesh_.first_ghost, reached.end(), std::uint8_t{1});
+    std::vector<std::uint32_t> queue(mesh_.first_ghost + std::size_t{1});
+    std::size_t end = 0;
+    const auto enter = [&](std::uint32_t t) {  // without a branch: one more may be written
+      queue[end] = t;
+      end += reached[t] == 0;
+      reached[t] = 1;
     };
     for (std::uint32_t t = 0; t < mesh_.first_ghost; ++t) {
-      if (depth_[t] == 1) enter(t, 1);
+      if (depth_[t] == 1) enter(t);
     }
+    constexpr std::size_t kAhead = 16;
     double ratio = 0;
     std::int64_t carved = 0;
-    for (std::size_t next = 0; next < queue.size(); ++next) {
+    std::uint32_t least = 1;
+    std::size_t level_end = end;
+    for (std::size_t next = 0; next < end; ++next) {
       if (next % kReportEvery == 0) context_.check_cancelled();
+      if (next == level_end) {
+        ++least;
+        level_end = end;
+      }
+      const std::uint32_t ahead = queue[std::min(next + kAhead, end - 1)];
+      __builtin_prefetch(&mesh_.neighbors[ahead]);
+      __builtin_prefetch(&depth_[ahead]);
       const std::uint32_t t = queue[next];
-      if (step_[t] != kNeverCarved) {
-        ratio += static_cast<double>(depth_[t]) / least[t];
+      if (is_carved(t)) {
+        ratio += static_cast<double>(depth_[t]) / least;
         ++carved;
       }
-      for (int i = 0; i < 4; ++i) {
-        const std::uint32_t beyond = mesh_.neighbors[t][static_cast<std::size_t>(i)];
-        if (!mesh_.is_barrier(t, i) && !mesh_.is_ghost(beyond)) enter(beyond, least[t] + 1);
-      }
+      for (std::size_t i = 0; i < 4; ++i) enter((state_[t] >> i & 1) != 0 ? t : mesh_.neighbors[t][i]);
     }
     if (carved > 0) report.snaking = ratio / static_cast<double>(carved);
     report.spiking = spiking_share();
@@ -263,8 +297,7 @@ class Carver {
       int earlier = 0;
       int open_face = 0;
       for (int i = 0; i < 4; ++i) {
-        const std::uint32_t beyond = mesh_.neighbors[t][static_cast<std::size_t>(i)];
-        if (mesh_.is_barrier(t, i) || step_[beyond] >= step_[t]) continue;
+        if ((state_[t] >> i & 1) != 0 || step_[mesh_.neighbors[t][static_cast<std::size_t>(i)]] >= step_[t]) continue;
         ++earlier;
         open_face = i;
       }
@@ -288,7 +321,7 @@ class Carver {
   std::vector<double> rank_;
   std::vector<std::uint32_t> depth_;  ///< in levels; 0 until it is carvable
   std::vector<std::uint32_t> step_;
-  std::vector<Entry> heap_;
+  std::vector<std::uint8_t> state_;
   std::vector<std::uint32_t> now_;  ///< carved in this step
 };
 

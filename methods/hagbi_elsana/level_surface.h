@@ -1,6 +1,7 @@
 // From the faces on the boundary of a carved solid to a closed manifold.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -8,21 +9,6 @@
 #include "methods/hagbi_elsana/complement.h"
 
 namespace voxcarve {
-
-/// Gives every face of a carved solid's boundary its place in a list, and every point a counter. Reused from level to
-/// level, so that making a surface takes no time for what is not on it.
-class FacePlaces {
- public:
-  FacePlaces(std::size_t tetrahedra, std::size_t points) : place_(4 * tetrahedra, 0), counts_(points, 0) {}
-  std::uint32_t& operator[](std::uint32_t face) { return place_[face]; }
-  std::uint32_t operator[](std::uint32_t face) const { return place_[face]; }
-  /// All zero, to be left so.
-  std::vector<std::uint32_t>& counts() { return counts_; }
-
- private:
-  std::vector<std::uint32_t> place_;
-  std::vector<std::uint32_t> counts_;
-};
 
 /// The solid that is left of a complement after a step: whatever has a step of its own that is later.
 struct CarvedSolid {
@@ -36,9 +22,29 @@ struct CarvedSolid {
   }
 };
 
+/// What making a surface needs, kept from level to level: so it takes no time for what is not on the surface, and no
+/// new memory after the largest one. Between two surfaces only `vertex_of` has to be as it was left.
+struct LevelWorkspace {
+  static constexpr std::uint32_t kNone = 0xffffffffU;
+
+  explicit LevelWorkspace(std::size_t points) : vertex_of(points, kNone) {}
+
+  /// Bytes, where surfaces have to be cut; what else there is grows with the surface.
+  static constexpr std::size_t kBytesATetrahedron = 4 * sizeof(std::uint32_t);
+
+  std::vector<std::uint32_t> faces;      ///< for the caller
+  std::vector<std::uint32_t> vertex_of;  ///< by point; kNone of all between two surfaces
+  std::vector<std::uint32_t> point_of;   ///< by vertex
+  std::vector<std::uint32_t> first;      ///< in links, by vertex
+  std::vector<std::uint64_t> links;      ///< the other two corners of every face around a vertex
+  std::vector<std::uint8_t> singular;    ///< by vertex: not one fan of triangles
+  std::vector<std::uint32_t> place;      ///< by face of a tetrahedron: which of the surface's it is
+};
+
 /// The closed surface of these faces (4 t + i, of tetrahedra on the outside), which must be all of the solid's: see
-/// CarvingStream::extract. Triangles are in the order of the faces.
-TriangleSoup level_surface(const CarvedSolid& solid, const std::vector<std::uint32_t>& faces, FacePlaces& places,
+/// CarvingStream::extract. Triangles are in the order of the faces, vertices in that of their first corners, but for
+/// copies made where doubled edges were cut, which come last.
+TriangleSoup level_surface(const CarvedSolid& solid, const std::vector<std::uint32_t>& faces, LevelWorkspace& workspace,
                            const RunContext& context);
 
 }  // namespace voxcarve

@@ -2,6 +2,7 @@
 #include "methods/hagbi_elsana/stream.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
@@ -14,7 +15,7 @@
 namespace voxcarve {
 
 struct CarvingStream::ScratchPool {
-  WorkspacePool<FacePlaces> places;
+  WorkspacePool<LevelWorkspace> levels;
 };
 
 CarvingStream::CarvingStream(Complement complement, std::vector<std::uint32_t> step, std::string provenance,
@@ -29,16 +30,16 @@ CarvingStream::CarvingStream(Complement complement, std::vector<std::uint32_t> s
   context.require_memory(memory(step_.size()), "the carving stream");
   check_steps();
   stage.advance(1);
-  order_faces(context);
+  follow_steps(context);
   stage.advance(1);
-  count(context);
   keep_lists();
   stage.advance(1);
 }
 
 std::uint64_t CarvingStream::memory(std::size_t tetrahedra) {
-  constexpr std::size_t kFaces = 4 * sizeof(std::uint32_t);
-  return tetrahedra * (2 * kFaces + kFaces + 4 * sizeof(std::uint32_t));  // in order and in lists, places, counts
+  constexpr std::size_t kFaces = 4 * sizeof(Face);
+  constexpr std::size_t kCounts = 6 * sizeof(std::uint32_t);
+  return tetrahedra * (2 * kFaces + LevelWorkspace::kBytesATetrahedron + kCounts);  // faces in order and in lists
 }
 
 void CarvingStream::check_steps() const {
@@ -50,66 +51,79 @@ void CarvingStream::check_steps() const {
   }
 }
 
-void CarvingStream::order_faces(RunContext& context) {
+/// Tetrahedra by their steps, without those that are never carved; equal steps go by number.
+std::vector<std::uint32_t> CarvingStream::carved_in_order(std::vector<std::uint32_t>& first_of_step) const {
+  first_of_step.assign(std::size_t{last_step_} + 2, 0);
+  for (const std::uint32_t step : step_) {
+    if (step != kNeverCarved) ++first_of_step[step + 1];
+  }
+  for (std::size_t s = 0; s + 1 < first_of_step.size(); ++s) first_of_step[s + 1] += first_of_step[s];
+  std::vector<std::uint32_t> order(first_of_step.back());
+  std::vector<std::uint32_t> next(first_of_step.begin(), first_of_step.end() - 1);
+  for (std::uint32_t t = 0; t < step_.size(); ++t) {
+    if (step_[t] != kNeverCarved) order[next[step_[t]]++] = t;
+  }
+  return order;
+}
+
+/// Faces in the order in which they come, vertices and triangles after each step, and the levels.
+void CarvingStream::follow_steps(RunContext& context) {
   last_step_ = 0;
   for (const std::uint32_t step : step_) {
     if (step != kNeverCarved) last_step_ = std::max(last_step_, step);
   }
   if (last_step_ >= step_.size()) throw InputError("the stream has steps that carve nothing");
-  const auto for_each_face = [&](const auto& visit) {
-    for (std::uint32_t t = 0; t < step_.size(); ++t) {
-      if (step_[t] == kNeverCarved) continue;
-      for (std::uint32_t face = 4 * t; face < 4 * t + 4; ++face) {
-        if (death(face) > step_[t]) visit(face);
-      }
-    }
-  };
-  first_of_step_.assign(std::size_t{last_step_} + 2, 0);
-  for_each_face([&](std::uint32_t face) { ++first_of_step_[birth(face) + 1]; });
-  for (std::size_t s = 0; s + 1 < first_of_step_.size(); ++s) first_of_step_[s + 1] += first_of_step_[s];
+  std::vector<std::uint32_t> first;
+  const std::vector<std::uint32_t> carved = carved_in_order(first);
   context.check_cancelled();
-  order_.resize(first_of_step_.back());
-  std::vector<std::size_t> next(first_of_step_.begin(), first_of_step_.end() - 1);
-  for_each_face([&](std::uint32_t face) { order_[next[birth(face)]++] = face; });
-}
-
-/// Vertices and triangles after each step, and the levels.
-void CarvingStream::count(RunContext& context) {
+  constexpr std::size_t kAhead = 16;  // tetrahedra that come so much later are fetched
+  constexpr std::uint32_t kCheckEvery = 1 << 16;
   const std::size_t steps = std::size_t{last_step_} + 1;
-  std::vector<std::size_t> first_death(steps + 1, 0);
-  for (const std::uint32_t face : order_) {
-    const std::uint32_t at = death(face);
-    if (at <= last_step_) ++first_death[at + 1];
-  }
-  for (std::size_t s = 0; s < steps; ++s) first_death[s + 1] += first_death[s];
-  std::vector<std::uint32_t> deaths(first_death.back());
-  std::vector<std::size_t> next(first_death.begin(), first_death.end() - 1);
-  for (const std::uint32_t face : order_) {
-    if (death(face) <= last_step_) deaths[next[death(face)]++] = face;
-  }
-  context.check_cancelled();
-  std::vector<std::uint32_t> uses(complement_.points.size(), 0);
-  std::uint32_t vertices = 0;
-  std::uint32_t triangles = 0;
+  first_of_step_.assign(steps + 1, 0);
   vertices_.resize(steps);
   triangles_.resize(steps);
-  for (std::size_t s = 0; s < steps; ++s) {
-    // What comes before what goes: a vertex that keeps a face is never without.
-    for (std::size_t f = first_of_step_[s]; f < first_of_step_[s + 1]; ++f) {
-      for (const std::uint32_t point : complement_.face(order_[f] / 4, static_cast<int>(order_[f] % 4))) {
-        vertices += uses[point]++ == 0;
+  std::size_t barriers = 0;  // come from either side, other faces from one
+  for (std::uint32_t face = 0; face < 4 * step_.size(); ++face) {
+    barriers += complement_.is_barrier(face / 4, static_cast<int>(face % 4));
+  }
+  order_.resize(2 * step_.size() + barriers / 2 + 4);
+  std::size_t faces = 0;
+  std::vector<std::uint32_t> uses(complement_.points.size(), 0);  // by faces that are there
+  std::uint32_t vertices = 0;
+  std::uint32_t triangles = 0;
+  for (std::uint32_t s = 0; s <= last_step_; ++s) {
+    if (s % kCheckEvery == 0) context.check_cancelled();
+    for (std::size_t k = first[s]; k < first[s + 1]; ++k) {
+      const std::uint32_t ahead = carved[std::min(k + kAhead, carved.size() - 1)];
+      __builtin_prefetch(&complement_.neighbors[ahead]);
+      __builtin_prefetch(&complement_.corners[ahead]);
+      const std::uint32_t t = carved[k];
+      const TetrahedronCorners& corners = complement_.corners[t];
+      if (order_.size() < faces + 4) order_.resize(faces + faces / 2 + 4);  // neighbours that are not mutual
+      // +1 for a face that comes, -1 for the one of its neighbour that goes; without a branch.
+      std::array<std::uint32_t, 4> change{};
+      std::uint32_t sum = 0;
+      for (std::uint32_t i = 0; i < 4; ++i) {
+        const std::uint32_t until = death(4 * t + i);
+        order_[faces] = {4 * t + i, until};
+        faces += until > s;
+        change[i] = static_cast<std::uint32_t>(until > s) - static_cast<std::uint32_t>(until < s);
+        sum += change[i];
+      }
+      triangles += sum;
+      for (std::size_t c = 0; c < 4; ++c) {  // a corner is on all faces but the one opposite
+        if (corners[c] == Complement::kFar) continue;
+        std::uint32_t& count = uses[corners[c]];
+        vertices -= count != 0;
+        count += sum - change[c];
+        vertices += count != 0;
       }
     }
-    for (std::size_t f = first_death[s]; f < first_death[s + 1]; ++f) {
-      for (const std::uint32_t point : complement_.face(deaths[f] / 4, static_cast<int>(deaths[f] % 4))) {
-        vertices -= --uses[point] == 0;
-      }
-    }
-    triangles += static_cast<std::uint32_t>(first_of_step_[s + 1] - first_of_step_[s]);
-    triangles -= static_cast<std::uint32_t>(first_death[s + 1] - first_death[s]);
+    first_of_step_[s + 1] = faces;
     vertices_[s] = vertices;
     triangles_[s] = triangles;
   }
+  order_.resize(faces);
   levels_ = {0};
   for (std::uint32_t s = 1; s <= last_step_; ++s) {
     if (s == last_step_ || vertices_[s + 1] > vertices_[s]) levels_.push_back(s);
@@ -118,33 +132,38 @@ void CarvingStream::count(RunContext& context) {
 
 /// A list of all faces whenever as many have come since the last as there are.
 void CarvingStream::keep_lists() {
-  std::vector<std::uint32_t> faces;
-  std::uint32_t listed_step = 0;
   const auto keep = [&](std::uint32_t step) {
-    std::erase_if(faces, [&](std::uint32_t face) { return death(face) <= step; });
-    for (std::size_t f = first_of_step_[listed_step]; f < first_of_step_[step + 1]; ++f) {
-      if (death(order_[f]) > step) faces.push_back(order_[f]);
-    }
-    lists_.push_back({step, listed_.size(), listed_.size() + faces.size()});
-    listed_.insert(listed_.end(), faces.begin(), faces.end());
-    listed_step = step + 1;
+    const std::size_t begin = listed_.size();
+    listed_.resize(begin + triangles_[step] + 1);
+    const std::size_t end = copy_faces(step, [&](std::size_t f, const Face& face) { listed_[begin + f] = face; });
+    listed_.resize(begin + end);
+    lists_.push_back({step, begin, begin + end});
   };
   keep(0);
   for (std::uint32_t s = 1; s <= last_step_; ++s) {
-    if (first_of_step_[s + 1] - first_of_step_[listed_step] >= triangles_[s]) keep(s);
+    if (first_of_step_[s + 1] - first_of_step_[lists_.back().step + 1] >= triangles_[s]) keep(s);
   }
 }
 
-/// In the order in which they came.
-std::vector<std::uint32_t> CarvingStream::faces_at(std::uint32_t step) const {
-  const auto list = std::prev(std::ranges::upper_bound(lists_, step, {}, &List::step));
-  std::vector<std::uint32_t> faces;
-  faces.reserve(triangles_[step]);
-  for (std::size_t f = list->begin; f < list->end; ++f) {
-    if (death(listed_[f]) > step) faces.push_back(listed_[f]);
-  }
-  for (std::size_t f = first_of_step_[list->step + 1]; f < first_of_step_[step + 1]; ++f) {
-    if (death(order_[f]) > step) faces.push_back(order_[f]);
+/// put(f, face) for the faces after a step, in the order in which they came, with f from 0 on; returns how many they
+/// are. May put something after the last one that is none of them.
+template <class Put>
+std::size_t CarvingStream::copy_faces(std::uint32_t step, const Put& put) const {
+  std::size_t faces = 0;
+  const auto copy = [&](const std::vector<Face>& from, std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {  // without a branch: what has gone follows no pattern
+      const Face face = from[f];
+      put(faces, face);
+      faces += face.death > step;
+    }
+  };
+  const auto after = std::ranges::upper_bound(lists_, step, {}, &List::step);
+  if (after == lists_.begin()) {
+    copy(order_, 0, first_of_step_[step + 1]);
+  } else {
+    const List& list = after[-1];
+    copy(listed_, list.begin, list.end);
+    copy(order_, first_of_step_[list.step + 1], first_of_step_[step + 1]);
   }
   return faces;
 }
@@ -208,9 +227,12 @@ std::vector<std::uint32_t> CarvingStream::closed_components(const RunContext& co
 
 TriangleSoup CarvingStream::extract(std::uint32_t step, const RunContext* context) const {
   const RunContext alone;
-  auto places = pool_->places.take([&] { return FacePlaces(complement_.size(), complement_.points.size()); });
-  TriangleSoup surface = level_surface({complement_, step_, step}, faces_at(step), *places, context ? *context : alone);
-  pool_->places.give(std::move(places));
+  auto workspace = pool_->levels.take([&] { return LevelWorkspace(complement_.points.size()); });
+  std::vector<std::uint32_t>& faces = workspace->faces;
+  faces.resize(triangles_[step] + std::size_t{1});
+  faces.resize(copy_faces(step, [&](std::size_t f, const Face& face) { faces[f] = face.face; }));
+  TriangleSoup surface = level_surface({complement_, step_, step}, faces, *workspace, context ? *context : alone);
+  pool_->levels.give(std::move(workspace));
   return surface;
 }
 

@@ -60,23 +60,29 @@ class CarvingStream {
   static constexpr std::uint32_t kForEver = 0xffffffffU;
   struct ScratchPool;
 
-  std::uint32_t birth(std::uint32_t face) const { return step_[face / 4]; }
+  /// Face i of tetrahedron t is 4 t + i.
+  struct Face {
+    std::uint32_t face = 0;
+    std::uint32_t death = 0;  ///< the step with which it goes
+  };
+
   std::uint32_t death(std::uint32_t face) const {
     const std::uint32_t t = face / 4;
     const auto i = static_cast<int>(face % 4);
     return complement_.is_barrier(t, i) ? kForEver : step_[complement_.neighbors[t][static_cast<std::size_t>(i)]];
   }
   void check_steps() const;
-  void order_faces(RunContext& context);
-  void count(RunContext& context);
+  std::vector<std::uint32_t> carved_in_order(std::vector<std::uint32_t>& first_of_step) const;
+  void follow_steps(RunContext& context);
   void keep_lists();
-  std::vector<std::uint32_t> faces_at(std::uint32_t step) const;
+  template <class Put>
+  std::size_t copy_faces(std::uint32_t step, const Put& put) const;
 
   Complement complement_;
   std::vector<std::uint32_t> step_;
   std::string provenance_;
   std::uint32_t last_step_ = 0;
-  std::vector<std::uint32_t> order_;        ///< faces (4 t + i) in the order in which they come
+  std::vector<Face> order_;                 ///< in the order in which they come
   std::vector<std::size_t> first_of_step_;  ///< in order_; last_step_ + 2 of them
   std::vector<std::uint32_t> vertices_;
   std::vector<std::uint32_t> triangles_;
@@ -87,7 +93,7 @@ class CarvingStream {
     std::size_t begin = 0, end = 0;  ///< in listed_
   };
   std::vector<List> lists_;
-  std::vector<std::uint32_t> listed_;
+  std::vector<Face> listed_;
   std::shared_ptr<ScratchPool> pool_;
 };
 

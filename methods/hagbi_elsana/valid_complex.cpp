@@ -43,14 +43,13 @@ class Pipeline {
       : soup_(soup), options_(options), context_(context) {}
 
   ValidComplex run() {
-    if (attempt("as it is", [&] { arrange_and_tetrahedralize(soup_, true); })) return std::move(result_);
-    if (attempt("wrapped", [&] { wrap(); })) return std::move(result_);
+    if (arrange_and_tetrahedralize(soup_, "") || wrap()) return std::move(result_);
     throw MethodFailure("the model cannot be tetrahedralized: " + reasons_);
   }
 
  private:
   template <class Try>
-  bool attempt(const char* how, const Try& run) {
+  bool attempt(const std::string& how, const Try& run) {
     try {
       run();
       return true;
@@ -72,38 +71,47 @@ class Pipeline {
     reasons_ += (reasons_.empty() ? "" : "; ") + how + ": " + reason;
   }
 
-  void arrange_and_tetrahedralize(const TriangleSoup& soup, bool tell) {
-    Arrangement arrangement = arrange(soup, context_);
-    if (tell) report(arrangement.report, context_);
-    result_.complex = std::move(arrangement.complex);
-    result_.multiplicity = std::move(arrangement.multiplicity);
+  /// `what` names the soup in reasons, where it is not the model.
+  bool arrange_and_tetrahedralize(const TriangleSoup& soup, const std::string& what) {
+    const auto arranged = [&] {
+      Arrangement arrangement = arrange(soup, context_);
+      if (what.empty()) report(arrangement.report, context_);
+      result_.complex = std::move(arrangement.complex);
+      result_.multiplicity = std::move(arrangement.multiplicity);
+    };
+    if (!attempt(what + "crossings resolved", arranged)) return false;
     const auto tetrahedralize_with = [&](FacetSplitting splitting) {
       const std::vector<Point> corners = box_corners();
       result_.tetrahedralization = tetrahedralize(result_.complex, splitting, options_.limits, context_, corners);
       result_.tetrahedralization.steiner_points += corners.size();  // as much the model's as those
     };
-    if (attempt("triangles whole", [&] { tetrahedralize_with(FacetSplitting::kNone); })) return;
-    if (attempt("close points told apart", [&] { tetrahedralize_with(FacetSplitting::kNoneNear); })) {
+    if (attempt(what + "triangles whole", [&] { tetrahedralize_with(FacetSplitting::kNone); })) return true;
+    if (attempt(what + "close points told apart", [&] { tetrahedralize_with(FacetSplitting::kNoneNear); })) {
       context_.notice("TetGen had to tell points apart that are closer than usual (" + reasons_ + ")");
-      return;
+      return true;
     }
-    tetrahedralize_with(FacetSplitting::kAllowed);
+    if (!attempt(what + "triangles split", [&] { tetrahedralize_with(FacetSplitting::kAllowed); })) return false;
     const auto facets = static_cast<std::int64_t>(result_.tetrahedralization.facets.size());
     context_.notice("TetGen could not keep the model's triangles whole (" + reasons_ +
                     "): " + with_thousands(static_cast<std::int64_t>(result_.complex.triangles.size())) + " became " +
                     with_thousands(facets));
+    return true;
   }
 
-  void wrap() {
-    const TriangleSoup wrapped = alpha_wrap(soup_, kWrapAlpha, kWrapOffset, context_);
-    if (wrapped.empty()) throw MethodFailure("the wrap is empty");
+  bool wrap() {
     const std::string before = reasons_;
-    arrange_and_tetrahedralize(wrapped, false);
+    TriangleSoup wrapped;
+    const auto made = [&] {
+      wrapped = alpha_wrap(soup_, kWrapAlpha, kWrapOffset, context_);
+      if (wrapped.empty()) throw MethodFailure("the wrap is empty");
+    };
+    if (!attempt("wrapped", made) || !arrange_and_tetrahedralize(wrapped, "wrapped, ")) return false;
     result_.wrapped = true;
     context_.notice(
         fmt::format("the model could not be tetrahedralized ({}), so it was shrink-wrapped: vertices are the "
                     "wrap's, openings under {} of the diagonal are closed",
                     before, kWrapAlpha));
+    return true;
   }
 
   std::vector<Point> box_corners() const {

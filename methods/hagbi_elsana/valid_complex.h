@@ -24,7 +24,8 @@ struct ValidComplex {
 
 /// Tries, in this order, with a notice of what was done and what it took: the soup as it is, its equal vertices and
 /// coincident triangles merged and its flat ones dropped; crossing triangles split (`arrange`); points told apart that
-/// are closer than usual; Steiner points on the triangles; a shrink-wrap around it.
+/// are closer than usual; Steiner points on the triangles; a shrink-wrap around it. What failed attempts took stands
+/// among the context's timings as stages "tetrahedralization (failed)" and the like, in this order.
 /// Throws MethodFailure, with the reason of each, when none can be tetrahedralized, or when the vertices lie in a
 /// plane, and as `tetrahedralize` does.
 ValidComplex make_valid_complex(const TriangleSoup& soup, const ComplexOptions& options, RunContext& context);

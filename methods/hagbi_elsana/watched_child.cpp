@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "common/run/address_sanitizer.h"
 #include "common/run/errors.h"
 
 namespace voxcarve {
@@ -72,7 +73,7 @@ void detach(pid_t parent, std::uint64_t limit) {
   dup2(null, STDERR_FILENO);
   const rlimit no_core = {0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-#ifndef __SANITIZE_ADDRESS__
+  if constexpr (kAddressSanitizer) return;  // its shadow takes up most addresses
   // Only for a leap that the parent, which looks every few milliseconds, would notice too late: addresses are not
   // memory, and the allocator reserves up to 128 MiB of them at once.
   constexpr std::uint64_t kSlack = std::uint64_t{256} << 20;
@@ -82,9 +83,6 @@ void detach(pid_t parent, std::uint64_t limit) {
     all.rlim_cur = std::min<rlim_t>(all.rlim_cur, addresses + limit + kSlack);
     setrlimit(RLIMIT_AS, &all);
   }
-#else
-  static_cast<void>(limit);  // the sanitizer's shadow takes up most addresses
-#endif
 }
 
 /// Makes what the child takes from now on count as its own, and returns what it shares, in bytes. Pages of the parent's
