@@ -66,10 +66,11 @@ Stage::Stage(RunContext& context, std::string name, std::int64_t total)
 
 Stage::~Stage() {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  if (std::uncaught_exceptions() > exceptions_) return;  // a failed stage has no cost worth a row
+  const bool failed = std::uncaught_exceptions() > exceptions_;
   try {
-    context_.timings_.push_back({name_, seconds, total_, context_.stage_bytes_});
-    context_.report({name_, total_, total_});
+    context_.timings_.push_back(
+        {name_ + (failed ? " (failed)" : ""), seconds, failed ? done_ : total_, context_.stage_bytes_});
+    if (!failed) context_.report({name_, total_, total_});
   } catch (...) {  // a progress sink must not turn the end of a stage into the end of the program
   }
 }

@@ -25,9 +25,9 @@ using ProgressSink = std::function<void(const ProgressEvent&)>;
 
 /// What one stage of a method cost.
 struct StageTiming {
-  std::string stage;
+  std::string stage;  ///< "NAME (failed)" of one that an error ended: a run that went another way paid for it too
   double seconds = 0;
-  std::int64_t items = 0;   ///< voxels, triangles, ...: what the stage counts its progress in
+  std::int64_t items = 0;   ///< voxels, triangles, ...: what the stage counts its progress in; of a failed one, so far
   std::uint64_t bytes = 0;  ///< memory that the stage asked for at its peak, as declared with `require_memory`
 };
 
@@ -74,7 +74,7 @@ class RunContext {
   std::uint64_t stage_bytes_ = 0;
 };
 
-/// A timed stage of a run: reports progress while it lives and its timing when it ends.
+/// A timed stage of a run: reports progress while it lives and its timing when it ends, be it by an exception.
 ///
 ///     Stage stage(context, "distance transform", voxels);
 ///     stage.advance(row);   // from any thread

@@ -8,26 +8,16 @@
 #include <sys/mman.h>
 #endif
 
+#include "common/run/address_sanitizer.h"
+
 namespace voxcarve {
 
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
-// GCC says so by a macro, Clang by a feature; other headers give GCC a __has_feature that knows none.
-#if defined(__SANITIZE_ADDRESS__)
-#define VOXCARVE_ADDRESS_SANITIZER
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define VOXCARVE_ADDRESS_SANITIZER
-#endif
-#endif
-
-#ifdef VOXCARVE_ADDRESS_SANITIZER
-constexpr std::size_t kMostKept = 0;  // a block in use again would hide the use of it after it was freed
-#else
-constexpr std::size_t kMostKept = std::size_t{256} << 20;
-#endif
+/// Of freed blocks. Nothing under the sanitizer: a block in use again would hide the use of it after it was freed.
+constexpr std::size_t kMostKept = kAddressSanitizer ? 0 : std::size_t{256} << 20;
 
 /// At least one: blocks of nothing are blocks too.
 std::size_t whole_pages(std::size_t bytes) {

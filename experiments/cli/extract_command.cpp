@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/mesh/io/mesh_io.h"
 #include "common/mesh/topology.h"
@@ -13,9 +14,12 @@
 #include "common/run/text.h"
 #include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
+#include "experiments/cli/json_text.h"
 #include "experiments/cli/session.h"
+#include "experiments/runner/comparison.h"
 #include "methods/hagbi_elsana/solid_distance.h"
 #include "methods/hagbi_elsana/stream_file.h"
+#include "methods/registry.h"
 
 namespace voxcarve {
 
@@ -63,8 +67,8 @@ std::int64_t handles(const TriangleSoup& level) {
   return count - characteristic / 2;
 }
 
-/// The finest level within all bounds. Vertices, triangles and components of the closed set are known of every level;
-/// genus rises and falls along the stream, so levels are looked at from the finest of the others on down.
+/// The finest level within all bounds, or the hull. Vertices, triangles and components of the closed set are known of
+/// every level; genus rises and falls along the stream, so levels are looked at from the finest of the others on down.
 Extracted finest_within(const CarvingStream& stream, const ExtractOptions& options, RunContext& context) {
   const std::vector<std::uint32_t> components = stream.closed_components(context);
   std::vector<std::uint32_t> candidates;
@@ -92,9 +96,24 @@ Extracted finest_within(const CarvingStream& stream, const ExtractOptions& optio
     }
     stage.advance(last - first);
   }
-  throw MethodFailure("no level of the stream is within these bounds: the first has " +
-                      with_thousands(stream.vertices(0)) + " vertices and " + with_thousands(stream.triangles(0)) +
-                      " triangles");
+  return extract(stream, 0, context);
+}
+
+/// The parameters of the run that made a stream, as `run --json` shows them; what is none of this program's stays text.
+Json parameters_of(const CarvingStream& stream) {
+  const std::vector<std::string> assignments = split(stream.provenance(), ' ');
+  try {
+    const ParameterSchema& schema = find_method("hagbi-elsana").info().parameters;
+    const Parameters parameters = Parameters::parse(schema, assignments, "the stream");
+    Json json = Json::object();
+    for (const std::string& assignment : assignments) {
+      const std::string name = assignment.substr(0, assignment.find('='));
+      json[name] = to_json(parameters.values().at(name));
+    }
+    return json;
+  } catch (const ParameterError&) {
+    return stream.provenance();
+  }
 }
 
 Extracted choose(const CarvingStream& stream, const ExtractOptions& options, RunContext& context) {
@@ -135,7 +154,7 @@ void run(const ExtractOptions& options) {
   const auto last = stream.last_step();
   Json report = {{"program", "voxcarve " + version()},
                  {"stream", options.stream},
-                 {"parameters", stream.provenance()},
+                 {"parameters", parameters_of(stream)},
                  {"steps", last},
                  {"levels", stream.levels().size()},
                  {"hull", {{"vertices", stream.vertices(0)}, {"triangles", stream.triangles(0)}}},
@@ -146,7 +165,13 @@ void run(const ExtractOptions& options) {
                  {"components", level.topology.components},
                  {"closed_components", level.closed_components},
                  {"genus", level.topology.genus ? Json(*level.topology.genus) : Json(level.topology.genus_reason)}};
+  // The hull, of one component and genus 0, misses no other bound.
+  std::vector<std::string> notices;
+  const std::string missed = missed_budget(level.surface, options.triangles, options.vertices);
+  if (!missed.empty()) notices.push_back(missed);
+  report["notices"] = notices;
   if (!options.output.empty()) report["output"] = options.output;
+  session.print_notices(notices);
   session.print_timings(session.context().timings());
   if (options.common.json) {
     print_json(report);
@@ -170,7 +195,9 @@ void add_extract_command(CLI::App& app) {
   command->add_option("-o,--output", options->output,
                       "file for the level: PLY, OBJ, OFF or STL (without it, the level is only described)");
   CLI::Option* vertices =
-      command->add_option("--vertices", options->vertices, "the finest level with at most this many distinct vertices")
+      command
+          ->add_option("--vertices", options->vertices,
+                       "the finest level with at most this many distinct vertices (where there is none: the hull)")
           ->check(in_range(1, kLargestCount));
   CLI::Option* triangles =
       command->add_option("--triangles", options->triangles, "... with at most this many triangles")

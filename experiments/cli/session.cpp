@@ -153,7 +153,7 @@ void Session::print_notices(const std::vector<std::string>& notices) const {
 void Session::print_timings(const std::vector<StageTiming>& timings) const {
   if (!options_.verbose) return;
   for (const StageTiming& timing : timings) {
-    fmt::print(stderr, "{:>24}  {:8.3f} s  {:>12} items  {}\n", timing.stage, timing.seconds, timing.items,
+    fmt::print(stderr, "{:>28}  {:8.3f} s  {:>12} items  {}\n", timing.stage, timing.seconds, timing.items,
                format_bytes(timing.bytes));
   }
 }

@@ -82,6 +82,18 @@ ChosenLevel level_for_budget(const MethodResult& result, std::int64_t triangles)
   return {index, result.levels->extract(index)};
 }
 
+std::string missed_budget(const TriangleSoup& surface, std::int64_t triangles, std::int64_t vertices) {
+  if (triangles > 0 && std::ssize(surface.triangles) > triangles) {
+    return "the result has " + std::to_string(surface.triangles.size()) + " triangles, more than the budget of " +
+           std::to_string(triangles);
+  }
+  if (vertices == 0) return "";
+  const std::int64_t distinct = std::ssize(merge_equal_positions(surface).positions);
+  if (distinct <= vertices) return "";
+  return "even the coarsest level has " + std::to_string(distinct) + " distinct vertices, more than the " +
+         std::to_string(vertices) + " asked for";
+}
+
 std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference,
                                            const std::vector<PlannedRun>& plan, std::int64_t triangles,
                                            const MetricOptions& options, RunContext& context,

@@ -52,6 +52,10 @@ struct ChosenLevel {
 /// finest.
 ChosenLevel level_for_budget(const MethodResult& result, std::int64_t triangles);
 
+/// What a result that is the best there is says of a budget that it does not meet: more triangles, or more distinct
+/// vertices, than asked for. "" where it meets both; 0 asks for nothing.
+std::string missed_budget(const TriangleSoup& surface, std::int64_t triangles, std::int64_t vertices);
+
 /// Runs and measures every entry of the plan. A method that does not apply is skipped, one that fails is a row with
 /// its reason; only Cancelled leaves. `reference` is the surface that results are measured against.
 std::vector<ComparisonRow> compare_methods(const Model& model, const TriangleSoup& reference,

@@ -37,8 +37,12 @@ TEST_F(CarvingProgram, SaysWhatAStreamHolds) {
   EXPECT_EQ(report["closed_components"], 8);
   EXPECT_EQ(report["genus"], 0);
   EXPECT_FALSE(report.contains("output"));
-  const std::string parameters = report["parameters"];
-  EXPECT_NE(parameters.find("priority=longest-edge"), std::string::npos) << parameters;
+  // The same object as the run's, of names and typed values.
+  EXPECT_EQ(report["parameters"], run_json(kRun)["parameters"]);
+  EXPECT_EQ(report["parameters"]["priority"], "longest-edge");
+  EXPECT_EQ(report["parameters"]["exposed"], true);
+  EXPECT_EQ(report["parameters"]["tetgen_seconds"], 600);
+  EXPECT_EQ(report["notices"], Json::array());
   // The hull: a closed surface of genus 0, F = 2 V - 4.
   const Json hull = extract("--step 0");
   EXPECT_EQ(hull["step"], 0);
@@ -125,18 +129,36 @@ TEST_F(CarvingProgram, RefusesWhatItCannotGive) {
   expect_refusal("extract balls.vcs -o x.vcs", 2, "no mesh format");
   expect_refusal("extract balls.vcs -o missing/x.ply", 4, "missing/x.ply");
   expect_refusal("extract", 2, "STREAM");
-  // The hull has more than 20 vertices.
-  expect_refusal("extract balls.vcs --genus 0 --vertices 20", 5, "no level of the stream is within these bounds");
   EXPECT_EQ(files(), std::vector<std::string>{"balls.vcs"});
 }
 
-TEST_F(CarvingProgram, GivesTheGenusThatIsAskedForOrFails) {
+TEST_F(CarvingProgram, GivesTheHullWithANoticeWhereABudgetIsBelowItAsARunDoes) {
+  const Json hull = extract("--step 0");
+  const int vertices = hull["vertices"];
+  EXPECT_EQ(extract("--vertices " + std::to_string(vertices))["notices"], Json::array());
+  for (const std::string budget : {"--vertices 20", "--triangles 20"}) {
+    const Json report = extract(budget);
+    EXPECT_EQ(report["step"], 0);
+    ASSERT_EQ(report["notices"].size(), 1U);
+    EXPECT_EQ(report["notices"].back(), run_json(kRun + budget)["notices"].back());
+  }
+  EXPECT_EQ(extract("--vertices 20")["notices"][0], "even the coarsest level has " + std::to_string(vertices) +
+                                                        " distinct vertices, more than the 20 asked for");
+  const Outcome text = run("extract balls.vcs --vertices 20");
+  EXPECT_EQ(text.code, 0);
+  EXPECT_TRUE(text.err.starts_with("note: even the coarsest level")) << text.err;
+}
+
+TEST_F(CarvingProgram, GivesTheGenusThatIsAskedFor) {
   // From the hull, of genus 0, to a ring of genus 1. The hull always has the least genus there is, so a bound of the
-  // genus is impossible only together with one of the counts: no closed surface has three vertices.
+  // genus cannot be met only together with one of the counts: no closed surface has three vertices.
   ASSERT_EQ(run("run hagbi-elsana 'model:genus-n?genus=1&subdivision=1' -o ring.vcs").code, 0);
   EXPECT_EQ(run_json("extract ring.vcs")["genus"], 1);
   EXPECT_EQ(run_json("extract ring.vcs --genus 0")["genus"], 0);
-  expect_refusal("extract ring.vcs --genus 0 --vertices 3", 5, "no level");
+  const Json hull = run_json("extract ring.vcs --genus 0 --vertices 3");
+  EXPECT_EQ(hull["step"], 0);
+  EXPECT_EQ(hull["genus"], 0);
+  EXPECT_EQ(hull["notices"].size(), 1U);
 }
 
 TEST_F(CarvingProgram, RefusesFilesThatAreNoStreams) {
@@ -173,6 +195,23 @@ TEST_F(CarvingProgram, HoldsItsInvariants) {
   // The box's corners, and where each ball touches three of its sides.
   EXPECT_EQ(run_json("extract box.vcs --step 0")["vertices"], 8 + 8 * 3);
   expect_refusal(kRun + "--set breadth=0.1 breadth_model=0.1", 2, "breadth");
+}
+
+TEST_F(CarvingProgram, TimesTheAttemptsThatFailed) {
+  // Two tetrahedra whose tips are 1e-11 apart: TetGen takes them for one point until it is told to look closer.
+  std::ofstream(folder_ / "tips.off") << "OFF\n8 8 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n-1e-11 0 0\n-1 0 0\n0 -1 0\n"
+                                         "0 0 -1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n3 4 5 6\n3 4 7 5\n3 5 7 6\n"
+                                         "3 4 6 7\n";
+  const Json report = run_json("run hagbi-elsana tips.off --report r.json");
+  std::vector<std::string> stages;
+  for (const Json& timing : report["timings"]) stages.push_back(timing["stage"]);
+  const auto failed = std::ranges::find(stages, "tetrahedralization (failed)");
+  ASSERT_NE(failed, stages.end());
+  ASSERT_NE(failed + 1, stages.end());
+  EXPECT_EQ(*(failed + 1), "tetrahedralization");
+  EXPECT_EQ(Json::parse(read_text(folder_ / "r.json"))["timings"], report["timings"]);
+  const Outcome text = run("run hagbi-elsana tips.off -v");
+  EXPECT_NE(text.err.find("tetrahedralization (failed)  "), std::string::npos) << text.err;
 }
 
 TEST_F(CarvingProgram, VoidsThatAreLeftShutBoundTheDistance) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/mesh/triangle_soup.h"
+#include "common/run/address_sanitizer.h"
 #include "common/volume/grid.h"
 
 namespace voxcarve::test {
@@ -15,11 +16,7 @@ namespace voxcarve::test {
 /// How many of `cases` random ones a test runs: under sanitizers, whose every case takes ten times as long, a tenth.
 template <class Count>
 constexpr Count case_count(Count cases) {
-#ifdef __SANITIZE_ADDRESS__
-  return (cases + 9) / 10;
-#else
-  return cases;
-#endif
+  return kAddressSanitizer ? (cases + 9) / 10 : cases;
 }
 
 /// A soup with its triangles turned round.

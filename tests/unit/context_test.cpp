@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <vector>
 
 #include "common/run/errors.h"
 
@@ -29,15 +31,29 @@ TEST(Stage, ReportsMonotoneProgressThatEndsAtTheTotal) {
   EXPECT_EQ(context.timings()[0].items, 10);
 }
 
-TEST(Stage, AFailedStageLeavesNoTiming) {
+TEST(Stage, AFailedStageIsTimedAsOne) {
   RunContext context;
+  std::vector<std::int64_t> reported;
+  context.progress = [&](const ProgressEvent& event) { reported.push_back(event.done); };
   EXPECT_THROW(
       {
         Stage stage(context, "work", 10);
+        context.require_memory(1000, "work");
+        stage.advance(3);
         throw MethodFailure("no");
       },
       MethodFailure);
-  EXPECT_TRUE(context.timings().empty());
+  ASSERT_EQ(context.timings().size(), 1U);
+  EXPECT_EQ(context.timings()[0].stage, "work (failed)");
+  EXPECT_GE(context.timings()[0].seconds, 0);
+  EXPECT_EQ(context.timings()[0].items, 3);
+  EXPECT_EQ(context.timings()[0].bytes, 1000U);
+  EXPECT_EQ(reported, (std::vector<std::int64_t>{0, 3}));  // it never reports that it is done
+  // What is tried next is a stage like any other.
+  { const Stage stage(context, "other work", 5); }
+  ASSERT_EQ(context.timings().size(), 2U);
+  EXPECT_EQ(context.timings()[1].stage, "other work");
+  EXPECT_EQ(context.timings()[1].items, 5);
 }
 
 TEST(RunContext, CancellationStopsAStageAndALoop) {

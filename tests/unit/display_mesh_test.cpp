@@ -72,6 +72,21 @@ TEST(DisplayMesh, OppositeSidesOfAFoldKeepTheirNormals) {
   }
 }
 
+TEST(DisplayMesh, TellsTrianglesWithAnotherSide) {
+  const DisplayMesh solid = make_display_mesh(cube(), {}, 40, false);
+  EXPECT_EQ(solid.two_sided, std::vector<bool>(12, false));
+  TriangleSoup sheets;
+  sheets.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  sheets.triangles = {{0, 1, 2},             // turned round by the third,
+                      {0, 1, 3},             // only there again, the same way round, in the fourth,
+                      {5, 4, 6},             // other numbers, the same positions, from another corner on
+                      {1, 3, 0}, {2, 0, 1},  // once more the first
+                      {0, 0, 1},             // no triangles
+                      {0, 4, 1}};
+  EXPECT_EQ(make_display_mesh(sheets, {}, 40, false).two_sided,
+            (std::vector<bool>{true, false, true, false, true, false, false}));
+}
+
 TEST(DisplayMesh, DegenerateTrianglesHaveFiniteNormals) {
   TriangleSoup soup = cube();
   soup.triangles.push_back({0, 0, 0});

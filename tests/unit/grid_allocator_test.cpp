@@ -16,25 +16,14 @@
 #include <fstream>
 #endif
 
+#include "common/run/address_sanitizer.h"
+
 namespace voxcarve {
 namespace {
 
 constexpr std::size_t kMebibyte = std::size_t{1} << 20;
 
-// GCC says so by a macro, Clang by a feature; other headers give GCC a __has_feature that knows none.
-#if defined(__SANITIZE_ADDRESS__)
-#define VOXCARVE_ADDRESS_SANITIZER
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define VOXCARVE_ADDRESS_SANITIZER
-#endif
-#endif
-
-#ifdef VOXCARVE_ADDRESS_SANITIZER
-constexpr bool kKeepsBlocks = false;  // so that a use after it was freed shows
-#else
-constexpr bool kKeepsBlocks = true;
-#endif
+constexpr bool kKeepsBlocks = !kAddressSanitizer;  // so that a use after it was freed shows
 
 TEST(GridAllocator, BlocksInUseAreApartAndKeepWhatIsInThem) {
   struct Block {

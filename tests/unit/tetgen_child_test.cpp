@@ -1,51 +1,33 @@
-// TetGen in its child: what it promises on exact predicates, and that nothing it does reaches this process.
+// TetGen in its child: what it promises of its results, on exact predicates.
 #include "methods/hagbi_elsana/tetgen_child.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <Eigen/Geometry>
-#include <atomic>
-#include <cerrno>
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <csignal>
-#include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
-#include <stop_token>
-#include <thread>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/mesh/io/mesh_io.h"
 #include "common/mesh/models/primitives.h"
 #include "tests/support/shapes.h"
+#include "tests/support/tetgen_runs.h"
 #include "tests/unit/child_test.h"
 
 namespace voxcarve {
 namespace {
 
 using test::joined;
+using test::tetrahedralized;
+using test::unit_tetrahedron;
 using Kind = TetgenFailure::Kind;
-
-Tetrahedralization run(const TriangleSoup& complex, FacetSplitting splitting = FacetSplitting::kNone,
-                       const TetgenLimits& limits = {}) {
-  RunContext context;
-  return tetrahedralize(complex, splitting, limits, context);
-}
-
-/// The kind of failure; fails the test when there is none.
-Kind failure_of(const TriangleSoup& complex, const TetgenLimits& limits = {}, std::string* message = nullptr) {
-  try {
-    run(complex, FacetSplitting::kNone, limits);
-  } catch (const TetgenFailure& failure) {
-    if (message != nullptr) *message = failure.what();
-    return failure.kind();
-  }
-  ADD_FAILURE() << "no TetgenFailure";
-  return Kind::kCrashed;
-}
 
 CGAL::Orientation exact_orientation(const Point& a, const Point& b, const Point& c, const Point& d) {
   using P = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
@@ -153,6 +135,14 @@ void expect_whole_facets(const TriangleSoup& complex, const Tetrahedralization& 
   }
 }
 
+/// The tetrahedralization of a complex, with all of that looked at.
+Tetrahedralization whole_tetrahedralization(const TriangleSoup& complex) {
+  Tetrahedralization result = tetrahedralized(complex);
+  expect_tetrahedralizes(complex, result);
+  expect_whole_facets(complex, result);
+  return result;
+}
+
 /// The Schoenhardt prism: the top of a triangular prism turned by 30 degrees, the diagonals of its sides reflex. It
 /// cannot be tetrahedralized without a further point.
 TriangleSoup schoenhardt_prism() {
@@ -171,24 +161,11 @@ TriangleSoup schoenhardt_prism() {
   return soup;
 }
 
-TriangleSoup unit_tetrahedron() {
-  TriangleSoup soup;
-  soup.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  soup.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  return soup;
-}
-
-TriangleSoup crossing_boxes() {
-  return joined({box(Point(0, 0, 0), Point(2, 2, 2)), box(Point(1, 1, 1), Point(3, 3, 3))});
-}
-
 class TetgenChild : public test::ChildTest {};
 
 TEST_F(TetgenChild, ATetrahedronIsOneTetrahedron) {
   const TriangleSoup complex = unit_tetrahedron();
-  const Tetrahedralization result = run(complex);
-  expect_tetrahedralizes(complex, result);
-  expect_whole_facets(complex, result);
+  const Tetrahedralization result = whole_tetrahedralization(complex);
   EXPECT_EQ(result.tetrahedra.size(), 1U);
   EXPECT_EQ(result.steiner_points, 0U);
   EXPECT_EQ(result.neighbors.front(), (std::array<std::int32_t, 4>{-1, -1, -1, -1}));
@@ -198,32 +175,24 @@ TEST_F(TetgenChild, ATetrahedronIsOneTetrahedron) {
 
 TEST_F(TetgenChild, ACubeAndNestedCubes) {
   const TriangleSoup cube = box(Point(0, 0, 0), Point(1, 1, 1));
-  const Tetrahedralization single = run(cube);
-  expect_tetrahedralizes(cube, single);
-  expect_whole_facets(cube, single);
+  const Tetrahedralization single = whole_tetrahedralization(cube);
   EXPECT_NEAR(volume_of(single), 1, 1e-14);
 
   const TriangleSoup nested = joined({box(Point(0, 0, 0), Point(3, 3, 3)), box(Point(1, 1, 1), Point(2, 2, 2))});
-  const Tetrahedralization both = run(nested);
-  expect_tetrahedralizes(nested, both);
-  expect_whole_facets(nested, both);
+  const Tetrahedralization both = whole_tetrahedralization(nested);
   EXPECT_NEAR(volume_of(both), 27, 1e-12);
 }
 
 TEST_F(TetgenChild, HullFacesThatAreNotTheModelsAreNoFacets) {
   // The hull of two unit cubes, two apart along x, is a box of 3 x 1 x 1.
   const TriangleSoup complex = joined({box(Point(0, 0, 0), Point(1, 1, 1)), box(Point(2, 0, 0), Point(3, 1, 1))});
-  const Tetrahedralization result = run(complex);
-  expect_tetrahedralizes(complex, result);
-  expect_whole_facets(complex, result);
+  const Tetrahedralization result = whole_tetrahedralization(complex);
   EXPECT_NEAR(volume_of(result), 3, 1e-13);
 }
 
 TEST_F(TetgenChild, SteinerPointsKeepTrianglesWhole) {
   const TriangleSoup complex = schoenhardt_prism();
-  const Tetrahedralization result = run(complex);
-  expect_tetrahedralizes(complex, result);
-  expect_whole_facets(complex, result);
+  const Tetrahedralization result = whole_tetrahedralization(complex);
   EXPECT_GE(result.steiner_points, 1U);
 }
 
@@ -231,7 +200,7 @@ TEST_F(TetgenChild, SplitFacetsTileTheirSources) {
   // Delaunay spheres about the box's long edges hold vertices of the small box, so the edges must be split.
   const TriangleSoup complex =
       joined({box(Point(0, 0, 0), Point(16, 1, 1)), box(Point(8, -0.25, 0.25), Point(8.25, -0.125, 0.5))});
-  const Tetrahedralization result = run(complex, FacetSplitting::kAllowed);
+  const Tetrahedralization result = tetrahedralized(complex, FacetSplitting::kAllowed);
   expect_tetrahedralizes(complex, result);
   EXPECT_GT(result.facets.size(), complex.triangles.size());
   EXPECT_TRUE(std::ranges::is_sorted(result.facet_source));
@@ -259,9 +228,7 @@ TEST_F(TetgenChild, UnusedPointsKeepTheirPlace) {
   for (Triangle& t : complex.triangles) {
     for (std::uint32_t& v : t) v += v < 2 ? 1 : 2;
   }
-  const Tetrahedralization result = run(complex);
-  expect_tetrahedralizes(complex, result);
-  expect_whole_facets(complex, result);
+  const Tetrahedralization result = whole_tetrahedralization(complex);
   EXPECT_EQ(result.tetrahedra.size(), 1U);
 }
 
@@ -275,7 +242,7 @@ TEST_F(TetgenChild, EqualPointsAreOneAndEqualTrianglesToo) {
   }
   complex.positions[3] = Point(-0.0, 0, 0);
   complex.triangles.push_back({11, 10, 9});  // the last triangle again, turned round
-  const Tetrahedralization result = run(complex);
+  const Tetrahedralization result = tetrahedralized(complex);
   expect_tetrahedralizes(complex, result);
   EXPECT_EQ(result.tetrahedra.size(), 1U);
   EXPECT_EQ(result.facet_source, (std::vector<std::uint32_t>{0, 1, 2, 3}));
@@ -290,19 +257,17 @@ TEST_F(TetgenChild, CoordinatesOfAnySize) {
     SCOPED_TRACE(scale);
     TriangleSoup complex = unit;
     for (Point& p : complex.positions) p *= scale;
-    const Tetrahedralization result = run(complex);
-    expect_tetrahedralizes(complex, result);
-    expect_whole_facets(complex, result);
+    whole_tetrahedralization(complex);
   }
 }
 
 TEST_F(TetgenChild, PowersOfTwoChangeNothingElse) {
   const TriangleSoup unit = schoenhardt_prism();
-  const Tetrahedralization expected = run(unit);
+  const Tetrahedralization expected = tetrahedralized(unit);
   for (const int exponent : {-60, 1, 45}) {
     TriangleSoup complex = unit;
     for (Point& p : complex.positions) p *= std::ldexp(1, exponent);
-    const Tetrahedralization result = run(complex);
+    const Tetrahedralization result = tetrahedralized(complex);
     EXPECT_EQ(result.tetrahedra, expected.tetrahedra);
     EXPECT_EQ(result.neighbors, expected.neighbors);
     ASSERT_EQ(result.points.size(), expected.points.size());
@@ -315,7 +280,7 @@ TEST_F(TetgenChild, PowersOfTwoChangeNothingElse) {
 TEST_F(TetgenChild, SameInputSameResult) {
   const TriangleSoup complex = joined({torus(2, 0.5, 24, 12), icosphere(Point::Zero(), 0.75, 2)});
   for (const FacetSplitting splitting : {FacetSplitting::kNone, FacetSplitting::kAllowed}) {
-    const Tetrahedralization one = run(complex, splitting);
+    const Tetrahedralization one = tetrahedralized(complex, splitting);
     RunContext context;
     context.threads = 4;
     const Tetrahedralization two = tetrahedralize(complex, splitting, {}, context);
@@ -328,39 +293,14 @@ TEST_F(TetgenChild, SameInputSameResult) {
   }
 }
 
-TEST_F(TetgenChild, IntersectingTrianglesAreAFailureAndNothingMore) {
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  const Kind kind = failure_of(crossing_boxes());
-  EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
-  EXPECT_TRUE(kind == Kind::kRefused || kind == Kind::kCrashed);
-}
-
-TEST_F(TetgenChild, FlatInputIsRefused) {
+TEST_F(TetgenChild, TheLeastVolumeThereIsIsNotFlat) {
   TriangleSoup square;
-  square.positions = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  square.positions = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, std::nextafter(1.0, 2.0)}};
   square.triangles = {{0, 1, 2}, {0, 2, 3}};
-  std::string message;
-  EXPECT_EQ(failure_of(square, {}, &message), Kind::kFlat);
-  EXPECT_NE(message.find("in a plane"), std::string::npos) << message;
-  square.positions[3][2] = std::nextafter(1.0, 2.0);  // the least volume there is, and still not flat
-  EXPECT_NO_FATAL_FAILURE({
-    try {
-      expect_tetrahedralizes(square, run(square));
-    } catch (const TetgenFailure& failure) {
-      EXPECT_EQ(std::string(failure.what()).find("in a plane"), std::string::npos);
-    }
-  });
-}
-
-TEST_F(TetgenChild, TrianglesWithoutAreaAreRefusedByNumber) {
-  for (const Triangle& bad : {Triangle{0, 1, 1}, Triangle{0, 1, 4}}) {
-    TriangleSoup complex = unit_tetrahedron();
-    complex.positions.emplace_back(0.5, 0, 0);  // on the edge from 0 to 1
-    complex.triangles.push_back(bad);
-    std::string message;
-    EXPECT_EQ(failure_of(complex, {}, &message), Kind::kRefused);
-    EXPECT_NE(message.find("triangle 4 has no area"), std::string::npos) << message;
+  try {
+    expect_tetrahedralizes(square, tetrahedralized(square));
+  } catch (const TetgenFailure& failure) {
+    EXPECT_NE(failure.kind(), Kind::kFlat) << failure.what();
   }
 }
 
@@ -371,109 +311,12 @@ TEST_F(TetgenChild, PointsTooCloseToTellApartAreNeverMergedSilently) {
   const TriangleSoup complex = joined({unit_tetrahedron(), test::inside_out(other)});
   for (const FacetSplitting splitting : {FacetSplitting::kNone, FacetSplitting::kAllowed}) {
     try {
-      const Tetrahedralization result = run(complex, splitting);
+      const Tetrahedralization result = tetrahedralized(complex, splitting);
       expect_tetrahedralizes(complex, result);
     } catch (const TetgenFailure& failure) {
       EXPECT_EQ(failure.kind(), Kind::kRefused) << failure.what();
     }
   }
-}
-
-TEST_F(TetgenChild, InvalidInputIsAnInputError) {
-  EXPECT_THROW(run(TriangleSoup()), InputError);
-  TriangleSoup complex = unit_tetrahedron();
-  complex.triangles[1][2] = 4;
-  EXPECT_THROW(run(complex), InputError);
-  complex = unit_tetrahedron();
-  complex.positions[0][0] = std::nan("");
-  EXPECT_THROW(run(complex), InputError);
-}
-
-TEST_F(TetgenChild, LimitsOfTimeAndMemory) {
-  const TriangleSoup sphere = icosphere(Point::Zero(), 1, 6);  // 81,920 triangles: a second, and 200 MB
-  std::string message;
-  EXPECT_EQ(failure_of(sphere, {.seconds = 0.05}, &message), Kind::kTimeLimit);
-  EXPECT_NE(message.find("0.05 s"), std::string::npos) << message;
-  EXPECT_EQ(failure_of(sphere, {.bytes = 20'000'000}, &message), Kind::kMemoryLimit);
-  EXPECT_NE(message.find("19"), std::string::npos) << message;  // MiB
-  EXPECT_EQ(failure_of(unit_tetrahedron(), {.bytes = 1}), Kind::kMemoryLimit);
-  RunContext context;
-  context.memory_budget = 1'000'000;
-  EXPECT_THROW(tetrahedralize(sphere, FacetSplitting::kNone, {}, context), ResourceError);
-}
-
-TEST_F(TetgenChild, CanBeCancelled) {
-  const TriangleSoup sphere = icosphere(Point::Zero(), 1, 6);
-  std::stop_source from_sink;
-  RunContext context;
-  context.cancellation = from_sink.get_token();
-  context.progress = [&](const ProgressEvent&) { from_sink.request_stop(); };
-  EXPECT_THROW(tetrahedralize(sphere, FacetSplitting::kNone, {}, context), Cancelled);
-
-  std::stop_source from_thread;
-  RunContext other;
-  other.cancellation = from_thread.get_token();
-  const std::jthread canceller([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // TetGen needs several times that
-    from_thread.request_stop();
-  });
-  EXPECT_THROW(tetrahedralize(sphere, FacetSplitting::kNone, {}, other), Cancelled);
-}
-
-TEST_F(TetgenChild, SeveralAtOnceAmongThreadsThatAllocateAndPrint) {
-  const TriangleSoup complex = torus(2, 0.5, 24, 12);
-  const Tetrahedralization expected = run(complex);
-  std::atomic<bool> stop = false;
-  std::vector<std::jthread> threads;
-  for (int i = 0; i < 2; ++i) {
-    threads.emplace_back([&] {
-      while (!stop) {
-        const std::vector<std::string> noise(64, std::string(200, 'x'));
-        std::fprintf(stderr, "%s", noise.size() == 64 ? "" : "never");
-      }
-    });
-  }
-  std::array<Tetrahedralization, 6> results;
-  std::vector<std::jthread> callers;
-  for (std::size_t k = 0; k < 3; ++k) {
-    callers.emplace_back([&, k] {
-      results.at(k) = run(complex);
-      try {
-        run(crossing_boxes());
-      } catch (const TetgenFailure&) {  // its end must not be hidden by a pipe that another child inherited
-      }
-      results.at(k + 3) = run(complex);
-    });
-  }
-  callers.clear();
-  stop = true;
-  threads.clear();
-  for (const Tetrahedralization& result : results) EXPECT_EQ(result.tetrahedra, expected.tetrahedra);
-}
-
-TEST_F(TetgenChild, LeavesTheSignalHandlingOfItsCallerAlone) {
-  struct sigaction before {};
-  struct sigaction ignore {};
-  ignore.sa_handler = SIG_IGN;
-  sigaction(SIGCHLD, &ignore, &before);  // the system reaps children at once
-  const Tetrahedralization result = run(unit_tetrahedron());
-  EXPECT_EQ(result.tetrahedra.size(), 1U);
-  const Kind kind = failure_of(crossing_boxes());
-  EXPECT_TRUE(kind == Kind::kRefused || kind == Kind::kCrashed);
-  struct sigaction after {};
-  sigaction(SIGCHLD, nullptr, &after);
-  EXPECT_EQ(after.sa_handler, SIG_IGN);
-
-  static std::atomic<int> ended = 0;
-  struct sigaction handle {};
-  handle.sa_handler = [](int) { ++ended; };
-  sigaction(SIGCHLD, &handle, nullptr);  // no SA_RESTART: system calls are interrupted
-  EXPECT_EQ(run(unit_tetrahedron()).tetrahedra.size(), 1U);
-  EXPECT_EQ(ended, 1);
-  sigset_t mask;
-  pthread_sigmask(SIG_SETMASK, nullptr, &mask);
-  EXPECT_EQ(sigismember(&mask, SIGCHLD), 0);
-  sigaction(SIGCHLD, &before, nullptr);
 }
 
 TEST_F(TetgenChild, RealModels) {
@@ -485,25 +328,8 @@ TEST_F(TetgenChild, RealModels) {
     ++seen;
     TriangleSoup complex = merge_equal_positions(read_mesh(*path));
     std::erase_if(complex.triangles, [&](const Triangle& t) { return is_degenerate(complex, t); });
-    const Tetrahedralization result = run(complex);
-    expect_tetrahedralizes(complex, result);
-    expect_whole_facets(complex, result);
+    const Tetrahedralization result = whole_tetrahedralization(complex);
     RecordProperty(name, std::to_string(result.peak_bytes));
-  }
-  if (seen == 0) GTEST_SKIP() << "needs models in the folder VOXCARVE_DATA";
-}
-
-TEST_F(TetgenChild, RealModelsThatIntersectAreFailures) {
-  int seen = 0;
-  for (const char* name : {"interpenetrating_two_spheres.stl", "tree_leaves.obj"}) {
-    const auto path = test::data_file(name);
-    if (!path) continue;
-    SCOPED_TRACE(name);
-    ++seen;
-    TriangleSoup complex = merge_equal_positions(read_mesh(*path));
-    std::erase_if(complex.triangles, [&](const Triangle& t) { return is_degenerate(complex, t); });
-    const Kind kind = failure_of(complex);
-    EXPECT_TRUE(kind == Kind::kRefused || kind == Kind::kCrashed);
   }
   if (seen == 0) GTEST_SKIP() << "needs models in the folder VOXCARVE_DATA";
 }

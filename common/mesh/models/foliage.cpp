@@ -27,17 +27,13 @@ Point any_perpendicular(const Point& direction) {
   return direction.cross(Point(Point::Unit(axis))).normalized();
 }
 
-// --- yucca -------------------------------------------------------------------------------------------------------
-
 // --- branches ----------------------------------------------------------------------------------------------------
 
 constexpr int kBranchSides = 5;
 constexpr int kBranchRings = 4;
 
-/// A stem, its boughs and their twigs. The stem is about 1 long and stands along z.
+/// How a stem, its boughs and their twigs grow. The stem is about 1 long and stands along z.
 struct Habit {
-  int boughs;
-  int twigs;            ///< a bough
   double bough_angle;   ///< of the lowest bough from the stem, in degrees; the top one has half of it
   double bough_length;  ///< of the lowest bough; the top one has 0.4 of it
   double twig_angle;    ///< from the bough, in degrees
@@ -95,9 +91,13 @@ Point start_of(const Branch& parent, double share, const Point& direction, doubl
   return parent.at(share) + (1.05 * parent.radius_at(share) + cosine * radius) / sine * direction;
 }
 
-/// Grows the branches and their wood, stem first, each bough followed by its twigs. Twigs stand alternately on both
-/// sides of their bough, in a plane about level: the flat sprays of elms, and of pines' lower boughs.
-std::vector<Branch> grow_branches(const Habit& habit, SeededSequence& random, FreeSpace& space, TriangleSoup& soup) {
+/// Grows the branches and their wood, as many as `branch_parameters` say, stem first, each bough followed by its twigs.
+/// Twigs stand alternately on both sides of their bough, in a plane about level: the flat sprays of elms, and of pines'
+/// lower boughs.
+std::vector<Branch> grow_branches(const Habit& habit, const Parameters& parameters, SeededSequence& random,
+                                  FreeSpace& space, TriangleSoup& soup) {
+  const auto boughs = static_cast<int>(parameters.integer("boughs"));
+  const auto twigs = static_cast<int>(parameters.integer("twigs"));
   std::vector<Branch> branches;
   const auto grow = [&](const std::function<Branch(double crowding)>& make) {
     Branch branch;
@@ -108,8 +108,8 @@ std::vector<Branch> grow_branches(const Habit& habit, SeededSequence& random, Fr
   const Branch stem = grow([&](double) {
     return curved_branch(Point::Zero(), Point::UnitZ(), Point::UnitX(), 0.08, 1, habit.stem_radius, false);
   });
-  for (int i = 0; i < habit.boughs; ++i) {
-    const double height = habit.boughs > 1 ? static_cast<double>(i) / (habit.boughs - 1) : 0;
+  for (int i = 0; i < boughs; ++i) {
+    const double height = boughs > 1 ? static_cast<double>(i) / (boughs - 1) : 0;
     const Branch bough = grow([&](double crowding) {
       const double azimuth = i * kGoldenAngle + random.uniform(-0.2, 0.2) * (1 + 4 * crowding);
       const double angle = radians(habit.bough_angle * (1 - 0.5 * height) + random.uniform(-4, 4));
@@ -121,9 +121,9 @@ std::vector<Branch> grow_branches(const Habit& habit, SeededSequence& random, Fr
                            habit.bough_length * (1 - 0.6 * height), radius, true);
     });
     const double length = bough.length();
-    for (int j = 0; j < habit.twigs; ++j) {
+    for (int j = 0; j < twigs; ++j) {
       grow([&](double crowding) {
-        const double share = 0.25 + 0.62 * (j + random.uniform(-0.2, 0.2)) / std::max(1, habit.twigs - 1);
+        const double share = 0.25 + 0.62 * (j + random.uniform(-0.2, 0.2)) / std::max(1, twigs - 1);
         const double rise = random.uniform(-0.1, 0.15) * (1 + 4 * crowding);
         const Point along = bough.direction(share);
         const Point level = Point::UnitZ().cross(along).normalized() * (j % 2 == 0 ? 1 : -1);
@@ -169,6 +169,9 @@ void spread_over(const std::vector<Branch>& branches, std::int64_t count,
 
 // --- pine --------------------------------------------------------------------------------------------------------
 
+constexpr Habit kPineHabit = {
+    .bough_angle = 75, .bough_length = 0.75, .twig_angle = 45, .twig_length = 0.42, .stem_radius = 0.02};
+
 /// Two quads, bent in the middle.
 TriangleSoup needle(const Point& base, const Point& direction, const Point& across, const Point& bend, double length,
                     double width) {
@@ -187,14 +190,7 @@ TriangleSoup build_pine(const Parameters& parameters) {
   const double width = parameters.real("needle_width");
   FreeSpace space(0.5 * length);
   TriangleSoup pine;
-  const Habit habit{.boughs = static_cast<int>(parameters.integer("boughs")),
-                    .twigs = static_cast<int>(parameters.integer("twigs")),
-                    .bough_angle = 75,
-                    .bough_length = 0.75,
-                    .twig_angle = 45,
-                    .twig_length = 0.42,
-                    .stem_radius = 0.02};
-  const std::vector<Branch> branches = grow_branches(habit, random, space, pine);
+  const std::vector<Branch> branches = grow_branches(kPineHabit, parameters, random, space, pine);
   spread_over(branches, parameters.integer("pairs"), [&](const Branch& branch, double share, std::int64_t number) {
     const Point along = branch.direction(share);
     const Point side = any_perpendicular(along);
@@ -220,6 +216,9 @@ TriangleSoup build_pine(const Parameters& parameters) {
 
 // --- elm ---------------------------------------------------------------------------------------------------------
 
+constexpr Habit kElmHabit = {
+    .bough_angle = 65, .bough_length = 0.8, .twig_angle = 48, .twig_length = 0.5, .stem_radius = 0.025};
+
 /// A leaf of eight faces, folded along its midrib and pointed at both ends; `upward` is perpendicular to `direction`.
 TriangleSoup oval_leaf(const Point& base, const Point& direction, const Point& upward, double length, double width) {
   const Point across = direction.cross(upward);
@@ -239,14 +238,7 @@ TriangleSoup build_elm(const Parameters& parameters) {
   const double length = parameters.real("leaf_length");
   FreeSpace space(length);
   TriangleSoup elm;
-  const Habit habit{.boughs = static_cast<int>(parameters.integer("boughs")),
-                    .twigs = static_cast<int>(parameters.integer("twigs")),
-                    .bough_angle = 65,
-                    .bough_length = 0.8,
-                    .twig_angle = 48,
-                    .twig_length = 0.5,
-                    .stem_radius = 0.025};
-  const std::vector<Branch> branches = grow_branches(habit, random, space, elm);
+  const std::vector<Branch> branches = grow_branches(kElmHabit, parameters, random, space, elm);
   spread_over(branches, parameters.integer("leaves"), [&](const Branch& branch, double share, std::int64_t number) {
     const double rank = number % 2 == 0 ? 1 : -1;
     append(elm, space.place(

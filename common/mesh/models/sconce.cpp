@@ -37,11 +37,6 @@ double at(const std::vector<Eigen::Vector2d>& profile, double share) {
   return a.y() + (b.y() - a.y()) * std::clamp((share - a.x()) / (b.x() - a.x()), 0.0, 1.0);
 }
 
-/// Half a turn about z: the front of a model is at its lower y.
-Eigen::Affine3d facing_front() {
-  return Eigen::Affine3d(Eigen::Scaling(-1.0, -1.0, 1.0));
-}
-
 /// One of the three arms, in the vertical plane of `outward`.
 struct Arm {
   Point outward;

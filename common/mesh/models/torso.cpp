@@ -169,8 +169,7 @@ class Torso {
       const bool lumbar = vertebra >= kPairs;
       add_process(vertebra, kBack, Point(0, -1, lumbar ? -0.15 : -0.7), lumbar ? 0.2 : 0.16);
     }
-    return transformed(network_.surface(),
-                       Eigen::Affine3d(Eigen::Scaling(-1.0, -1.0, 1.0)));  // half a turn: the front is at lower y
+    return transformed(network_.surface(), facing_front());
   }
 
  private:
