@@ -1,9 +1,10 @@
-// ITK 5: opening by thresholds of two distance maps, the distance map alone, and labelling.
+// ITK 5: opening by thresholds of two distance maps, the distance map alone, labelling, and the recursive Gaussian.
 #include <itkBinaryThresholdImageFilter.h>
 #include <itkConnectedComponentImageFilter.h>
 #include <itkImage.h>
 #include <itkMultiThreaderBase.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
+#include <itkSmoothingRecursiveGaussianImageFilter.h>
 
 #include <algorithm>
 
@@ -16,19 +17,21 @@ namespace {
 using Mask = itk::Image<std::uint8_t, 3>;
 using Distances = itk::Image<float, 3>;  // the filter takes floating point only; exact in squares up to 2^24
 using Labels = itk::Image<std::int32_t, 3>;
+using Field = itk::Image<float, 3>;
 using DistanceMap = itk::SignedMaurerDistanceMapImageFilter<Mask, Distances>;
 using Threshold = itk::BinaryThresholdImageFilter<Distances, Mask>;
 
 /// The grid's own memory as an image; ITK only reads it.
-Mask::Pointer as_image(const BinaryVolume& volume) {
-  Mask::SizeType size;
+template <class Pixel>
+typename itk::Image<Pixel, 3>::Pointer as_image(const Grid<Pixel>& grid) {
+  using Image = itk::Image<Pixel, 3>;
+  typename Image::SizeType size;
   for (unsigned axis = 0; axis < 3; ++axis)
-    size[axis] = static_cast<itk::SizeValueType>(volume.frame.dims[static_cast<Eigen::Index>(axis)]);
-  Mask::Pointer image = Mask::New();
-  image->SetRegions(Mask::RegionType(size));
+    size[axis] = static_cast<itk::SizeValueType>(grid.frame.dims[static_cast<Eigen::Index>(axis)]);
+  typename Image::Pointer image = Image::New();
+  image->SetRegions(typename Image::RegionType(size));
   constexpr bool kOwned = false;
-  image->GetPixelContainer()->SetImportPointer(const_cast<std::uint8_t*>(volume.values.data()), volume.values.size(),
-                                               kOwned);
+  image->GetPixelContainer()->SetImportPointer(const_cast<Pixel*>(grid.values.data()), grid.values.size(), kOwned);
   return image;
 }
 
@@ -109,6 +112,23 @@ CountingPeer itk_labelling(const BinaryVolume& volume, int threads) {
       return Labels::Pointer(filter->GetOutput());
     });
     return Timed<std::int64_t>{made.seconds, static_cast<std::int64_t>(filter->GetObjectCount())};
+  };
+}
+
+FieldPeer itk_gaussian(const Grid<float>& field, double sigma, int threads) {
+  return [&field, sigma, threads] {
+    use_threads(threads);
+    const auto filter = itk::SmoothingRecursiveGaussianImageFilter<Field, Field>::New();
+    filter->SetInput(as_image(field));
+    filter->InPlaceOff();
+    filter->SetSigma(sigma);
+    const auto made = timed([&] {
+      filter->Update();
+      return Field::Pointer(filter->GetOutput());
+    });
+    Timed<Grid<float>> result{made.seconds, Grid<float>::uninitialized(field.frame)};
+    std::copy_n(made.result->GetBufferPointer(), field.values.size(), result.result.values.begin());
+    return result;
   };
 }
 

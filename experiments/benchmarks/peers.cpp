@@ -52,6 +52,10 @@ DistancePeer itk_squared_distance(const BinaryVolume&, int) {
 CountingPeer itk_labelling(const BinaryVolume&, int) {
   return {};
 }
+
+FieldPeer itk_gaussian(const Grid<float>&, double, int) {
+  return {};
+}
 #endif
 
 #ifndef VOXCARVE_PEER_MESHOPTIMIZER

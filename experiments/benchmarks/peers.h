@@ -17,6 +17,7 @@ namespace voxcarve::bench {
 using CountingPeer = std::function<Timed<std::int64_t>()>;
 using FilteringPeer = std::function<Timed<BinaryVolume>()>;
 using DistancePeer = std::function<Timed<Grid<std::int32_t>>()>;
+using FieldPeer = std::function<Timed<Grid<float>>()>;
 using ReducingPeer = std::function<Timed<TriangleSoup>()>;
 
 /// Which libraries were found when the build was configured. The functions below of one that was not return an empty
@@ -54,6 +55,10 @@ DistancePeer itk_squared_distance(const BinaryVolume& volume, int threads);
 
 /// itk::ConnectedComponentImageFilter into labels of 32 bits, of the interior by faces.
 CountingPeer itk_labelling(const BinaryVolume& volume, int threads);
+
+/// itk::SmoothingRecursiveGaussianImageFilter in floats, with sigma in voxels: three recursive passes that approximate
+/// the Gaussian without a cut-off. The field's last values repeat beyond the grid.
+FieldPeer itk_gaussian(const Grid<float>& field, double sigma, int threads);
 
 /// meshopt_simplify without options and without a limit of the error, positions as float. One thread.
 ReducingPeer meshoptimizer_reduction(const TriangleSoup& soup, std::int64_t triangles);
