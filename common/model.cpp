@@ -56,6 +56,14 @@ void validate_frame(const GridFrame& frame, const std::string& name) {
   }
 }
 
+void validate_implicit(const ImplicitSolid& solid, const std::string& name) {
+  if (!solid.inside) throw InputError(name + " has no membership function");
+  if (solid.box.empty()) throw InputError(name + " has an empty box");
+  const double diagonal = solid.box.diagonal();
+  if (!(diagonal > 0)) throw InputError(name + " has no extent: its box is one point");
+  if (!std::isfinite(diagonal)) throw InputError(name + ": its box is not finite");
+}
+
 }  // namespace
 
 void validate(const Model& model) {
@@ -73,8 +81,8 @@ void validate(const Model& model) {
   } else if (const auto* binary = std::get_if<BinaryVolume>(&model.shape)) {
     if (binary->values.empty()) throw InputError(model.name + " has no voxel");
     validate_frame(binary->frame, model.name);
-  } else if (std::get<ImplicitSolid>(model.shape).box.empty()) {
-    throw InputError(model.name + " has an empty box");
+  } else {
+    validate_implicit(std::get<ImplicitSolid>(model.shape), model.name);
   }
 }
 

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <variant>
 
+#include "common/mesh/implicit_solid.h"
 #include "common/mesh/triangle_soup.h"
 #include "common/volume/grid.h"
 
@@ -16,12 +16,6 @@ namespace voxcarve {
 struct ScalarVolume {
   Grid<float> grid;
   float iso_value = 0.5F;
-};
-
-/// A point-membership function with a box that holds the whole solid. `inside` must be callable from several threads.
-struct ImplicitSolid {
-  std::function<bool(const Point&)> inside;
-  Box box;
 };
 
 enum class ModelKind { kSoup, kScalarVolume, kBinaryVolume, kImage, kImplicitSolid };
@@ -38,10 +32,11 @@ struct Model {
   const TriangleSoup* soup() const { return std::get_if<TriangleSoup>(&shape); }
 };
 
-/// Bytes that the shape holds.
+/// Bytes that the shape holds. What the functions of an implicit solid hold is not known and not counted.
 std::uint64_t shape_bytes(const Model& model);
 
-/// Throws InputError when the shape is empty, has no extent, or holds a value that is not finite.
+/// Throws InputError when the shape is empty, has no extent, or holds a value that is not finite, and when an implicit
+/// solid has no membership function.
 void validate(const Model& model);
 
 }  // namespace voxcarve

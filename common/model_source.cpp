@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 
 #include "common/mesh/io/mesh_io.h"
@@ -79,7 +80,10 @@ Model named_model(const std::string& spec, const ModelSourceOptions& options, st
   const bool surface =
       std::ranges::any_of(procedural_models(), [&](const ProceduralModel& m) { return m.info.name == name; });
   // An external model with parameters is refused there.
-  if (surface || external) return Model{name, make_procedural(spec)};
+  if (surface || external) {
+    if (std::optional<ImplicitSolid> solid = make_implicit(spec)) return Model{name, *std::move(solid)};
+    return Model{name, make_procedural(spec)};
+  }
   return Model{name, make_volume(spec)};
 }
 
@@ -103,6 +107,9 @@ TriangleSoup reference_surface(const Model& model, RunContext& context) {
   if (const auto* scalar = std::get_if<ScalarVolume>(&model.shape))
     return scalar_isosurface(scalar->grid, scalar->iso_value, context);
   if (model.kind() == ModelKind::kBinaryVolume) return isosurface(std::get<BinaryVolume>(model.shape), context);
+  if (model.kind() == ModelKind::kImplicitSolid) {
+    throw InputError(model.name + " is an implicit solid, which has no triangles: take its surface, form=mesh, here");
+  }
   throw InputError(model.name + " is an " + std::string(to_string(model.kind())) + ", which has no surface");
 }
 

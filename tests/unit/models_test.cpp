@@ -46,7 +46,7 @@ TEST_P(EveryModel, HasASchemaWithHelpAndValidDefaults) {
   EXPECT_FALSE(info.summary.empty());
   for (const ParameterSpec& spec : info.parameters.specs) {
     EXPECT_FALSE(spec.help.empty()) << spec.name;
-    if (spec.type != ParameterType::kSwitch) {
+    if (spec.type != ParameterType::kSwitch && spec.type != ParameterType::kChoice) {
       EXPECT_FALSE(spec.unit.empty()) << spec.name;
       EXPECT_TRUE(std::isfinite(spec.minimum) && std::isfinite(spec.maximum)) << spec.name;
     }
@@ -66,6 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Procedural, SoundModel, testing::ValuesIn(sound_models(
 
 TEST(Procedural, ListsTheModelsInOrder) {
   const std::vector<std::string> expected = {"blade",
+                                             "bolt",
                                              "chair",
                                              "cracked-cracks",
                                              "cracked-cracks-interpenetrating",
@@ -85,6 +86,7 @@ TEST(Procedural, ListsTheModelsInOrder) {
                                              "genus-n",
                                              "geospheres",
                                              "interpenetrating-figure",
+                                             "mechanical-part",
                                              "mushrooms",
                                              "perforated-box",
                                              "pine",

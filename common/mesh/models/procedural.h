@@ -2,10 +2,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/mesh/implicit_solid.h"
 #include "common/mesh/triangle_soup.h"
 #include "common/run/parameters.h"
 
@@ -26,6 +28,9 @@ struct ModelInfo {
 struct ProceduralModel {
   ModelInfo info;
   std::function<TriangleSoup(const Parameters&)> build;
+  /// The exact solid that the surface of `build` approximates, by formulas. Where there is one, the schema has a choice
+  /// "form", mesh or implicit; elsewhere it is empty.
+  std::function<ImplicitSolid(const Parameters&)> solid = {};
 };
 
 /// All of them, in alphabetical order.
@@ -35,7 +40,12 @@ const std::vector<ProceduralModel>& procedural_models();
 const ProceduralModel& find_procedural_model(std::string_view name);
 
 /// Builds from "name" or "name?key=value&key=value", for instance "torus?major=2&minor=0.5". Throws ParameterError for
-/// an unknown name or key (with the nearest known one), a value out of range, or more than 20 million triangles.
+/// an unknown name or key (with the nearest known one), a value out of range, more than 20 million triangles, or
+/// form=implicit, which has none.
 TriangleSoup make_procedural(std::string_view spec);
+
+/// The solid of a spec that says form=implicit, for instance "sphereflake?form=implicit", or nothing for other specs.
+/// Throws ParameterError for an unknown name or key, or a value out of range.
+std::optional<ImplicitSolid> make_implicit(std::string_view spec);
 
 }  // namespace voxcarve
