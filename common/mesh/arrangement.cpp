@@ -240,7 +240,7 @@ Arrangement arrange(const TriangleSoup& soup, RunContext& context) {
   ArrangementReport report;
   {
     Stage stage(context, "merging", 1);
-    // The copy, and at the most sorted names of the vertices or the triangles beside it.
+    // The copy, and at the most a hash table of the vertices or the triangles beside it.
     context.require_memory(soup.positions.size() * 40 + soup.triangles.size() * 60, "merging equal vertices");
     work.soup.positions = soup.positions;
     work.soup.triangles = soup.triangles;

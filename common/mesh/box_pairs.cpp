@@ -45,7 +45,9 @@ void sort_by_code(std::vector<Coded>& items, std::vector<Coded>& other) {
 }
 
 /// Orders boxes along Morton's curve through the box of their centres; those in one of its cells along a finer one.
-void sort_along_curve(const std::vector<Box>& boxes, std::uint32_t* order, std::size_t count) {
+void sort_along_curve(const std::vector<Box>& boxes, std::uint32_t* order, std::size_t count,
+                      const RunContext& context) {
+  context.check_cancelled();
   Box range;
   for (std::size_t i = 0; i < count; ++i) range.extend(center_of(boxes[order[i]]));
   const double half_extent = (0.5 * range.upper - 0.5 * range.lower).maxCoeff();
@@ -70,10 +72,10 @@ void sort_along_curve(const std::vector<Box>& boxes, std::uint32_t* order, std::
     while (end < count && items[end].code == items[begin].code) order[end] = items[end].box, ++end;
     if (end - begin > BoxPairs::kBlockSize) long_runs.insert(long_runs.end(), {begin, end});
   }
-  items = {};
+  std::vector<Coded>().swap(items);  // assigning {} would keep the memory
   // The smallest and the largest centre along the widest axis have different codes, so runs are shorter than this.
   for (std::size_t i = 0; i < long_runs.size(); i += 2) {
-    sort_along_curve(boxes, order + long_runs[i], long_runs[i + 1] - long_runs[i]);
+    sort_along_curve(boxes, order + long_runs[i], long_runs[i + 1] - long_runs[i], context);
   }
 }
 
@@ -92,10 +94,11 @@ std::vector<BoxPairs::Group> BoxPairs::grouped(std::size_t count, const BoxAt& b
   return groups;
 }
 
-BoxPairs::BoxPairs(const std::vector<Box>& boxes) : order_(boxes.size()) {
+BoxPairs::BoxPairs(const std::vector<Box>& boxes, const RunContext& context) : order_(boxes.size()) {
   if (boxes.empty()) return;
   std::iota(order_.begin(), order_.end(), 0U);
-  sort_along_curve(boxes, order_.data(), order_.size());
+  sort_along_curve(boxes, order_.data(), order_.size(), context);
+  context.check_cancelled();
   const auto box_at = [&](std::size_t place) -> const Box& { return boxes[order_[place]]; };
   levels_.push_back(grouped(boxes.size(), box_at));
   do {

@@ -22,8 +22,8 @@ class BoxPairs {
   /// Bytes of each box, at the peak, while it is built: in blocks and in the tree, its place, and its code twice.
   static constexpr std::uint64_t kBytesABox = sizeof(Box) * 5 / 4 + sizeof(std::uint32_t) + 2 * 16;
 
-  /// The boxes must be finite, with lower <= upper.
-  explicit BoxPairs(const std::vector<Box>& boxes);
+  /// The boxes must be finite, with lower <= upper. Throws Cancelled.
+  BoxPairs(const std::vector<Box>& boxes, const RunContext& context);
 
   /// The box, by its index in what the constructor was given, at each place of the order.
   const std::vector<std::uint32_t>& order() const { return order_; }

@@ -229,7 +229,7 @@ class CrossingSearch {
     context_.require_memory(soup_.triangles.size() * kBytesATriangle, "finding crossing triangles");
     const std::vector<std::uint32_t> names = triangles_to_test();
     stage.set_total(static_cast<std::int64_t>(names.size()));
-    const BoxPairs pairs(boxes_of(names));
+    const BoxPairs pairs(boxes_of(names), context_);
     std::vector<Item> items(names.size());  // in the order of the pairs: a triangle is tested with those near it
     for_each(items.size(), [&](std::size_t place) { items[place] = item_of(names[pairs.order()[place]]); });
 
@@ -301,7 +301,7 @@ class CrossingSearch {
     if (suspects_ == nullptr) return names;
     std::vector<std::uint32_t> suspects = names;
     std::erase_if(suspects, [this](std::uint32_t triangle) { return !is_suspect(triangle); });
-    const BoxPairs suspect_boxes(boxes_of(suspects));
+    const BoxPairs suspect_boxes(boxes_of(suspects), context_);
     std::vector<char> taken(names.size());
     for_each(names.size(), [&](std::size_t i) {
       taken[i] = is_suspect(names[i]) || suspect_boxes.any_overlaps(box_of(names[i])) ? 1 : 0;

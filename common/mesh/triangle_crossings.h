@@ -38,7 +38,7 @@ struct Crossing {
 std::vector<Crossing> find_crossings(const TriangleSoup& soup, RunContext& context);
 
 /// Only the pairs of which at least one is a suspect, one flag a triangle. Where no two others cross, these are all.
-/// Takes the time of the suspects and of those near them, and O(n) of a few comparisons.
+/// Takes the time of the suspects and of those near them, and a descent of a tree for each of the others.
 std::vector<Crossing> find_crossings(const TriangleSoup& soup, const std::vector<bool>& suspects, RunContext& context);
 
 /// True when three points lie on a line, exactly.

@@ -3,7 +3,8 @@
 //
 // In what follows u = 2^-52, the most that one operation is off by in any rounding mode, relative to its result where
 // that is not subnormal; where it is, the operation is off by less than 2^-1074 if it is a product, and exact if it is
-// a sum or a difference. An overflow makes a bound infinite or undefined, and then nothing is believed.
+// a sum or a difference. Nothing may overflow, which rounds to a finite number in some modes: so nothing is said of
+// larger triangles than kLimit.
 #include "common/mesh/triangle_separation.h"
 
 #include <Eigen/Geometry>
@@ -25,7 +26,7 @@ constexpr double kProjectionUnderflow = 0x1p-1070;
 /// below 2^240, a product that underflows adds less than 2^-1074 times 2^482, and there are less than forty.
 constexpr double kQuarticError = 0x1p-48;
 constexpr double kQuarticUnderflow = 0x1p-550;
-constexpr double kQuarticLimit = 0x1p240;
+constexpr double kLimit = 0x1p240;
 
 double largest(const Point& p) {
   return p.cwiseAbs().maxCoeff();
@@ -39,6 +40,7 @@ double sum_of_sizes(const Point& p) {
 /// a plane through the vertex and the second's on the other, strictly.
 bool separated_at_vertex(const Point& p0, const Point& p1, const Point& q0, const Point& q1, double size,
                          const Point& direction) {
+  if (!(size < kLimit)) return false;
   const double bound = kProjectionError * (sum_of_sizes(direction) * size) + kProjectionUnderflow;
   return std::max(direction.dot(p0), direction.dot(p1)) < -bound &&
          std::min(direction.dot(q0), direction.dot(q1)) > bound;
@@ -66,7 +68,7 @@ bool apart_at_edge(const Point& start, const Point& end, const Point& first, con
   const Point e = end - start;
   const Point p = first - start;
   const Point q = second - start;
-  if (!(std::max(std::max(largest(e), largest(p)), largest(q)) < kQuarticLimit)) return false;
+  if (!(std::max(std::max(largest(e), largest(p)), largest(q)) < kLimit)) return false;
   // The product of what p and q have across the edge, times the square of the edge.
   const double square = e.dot(e);
   const double across = square * p.dot(q) - e.dot(p) * e.dot(q);
@@ -85,6 +87,7 @@ bool apart_at_edge(const Point& start, const Point& end, const Point& first, con
 /// Of triangles without a common vertex, all seen from the same point: whether their projections onto a direction are
 /// apart.
 bool separated(const std::array<Point, 3>& p, const std::array<Point, 3>& q, double size, const Point& direction) {
+  if (!(size < kLimit)) return false;
   const double bound = kProjectionError * (sum_of_sizes(direction) * size) + kProjectionUnderflow;
   const double p0 = direction.dot(p[0]);
   const double p1 = direction.dot(p[1]);
@@ -92,9 +95,9 @@ bool separated(const std::array<Point, 3>& p, const std::array<Point, 3>& q, dou
   const double q0 = direction.dot(q[0]);
   const double q1 = direction.dot(q[1]);
   const double q2 = direction.dot(q[2]);
-  const double twice = 4 * bound;  // the difference, too, is rounded
-  return std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2) > twice ||
-         std::min(std::min(p0, p1), p2) - std::max(std::max(q0, q1), q2) > twice;
+  const double gap = 4 * bound;  // the difference, too, is rounded
+  return std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2) > gap ||
+         std::min(std::min(p0, p1), p2) - std::max(std::max(q0, q1), q2) > gap;
 }
 
 bool apart_in_space(const CorneredTriangle& first, const CorneredTriangle& second) {

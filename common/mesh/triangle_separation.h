@@ -18,8 +18,9 @@ struct CorneredTriangle {
 };
 
 /// True only if two triangles meet in nothing but common vertices and whole common edges, where vertices are common by
-/// their names, at equal positions; then that is certain, whatever the rounding mode and the scale. False says nothing.
-/// Most pairs of neighbours on a surface are settled so, at a fraction of the cost of exact signs.
+/// their names, at equal positions; then that is certain, whatever the rounding mode. No triangle may name a vertex
+/// twice. False says nothing, and is what triangles larger than 2^240 get. Most pairs of neighbours on a surface are
+/// settled so, at a fraction of the cost of exact signs.
 bool certainly_apart(const CorneredTriangle& first, const CorneredTriangle& second);
 
 }  // namespace voxcarve

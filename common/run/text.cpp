@@ -80,6 +80,11 @@ std::string join(std::span<const std::string> items, std::string_view separator)
   return text;
 }
 
+std::string with_article(std::string_view noun) {
+  const bool vowel = std::string_view("aeiou").find(noun.front()) != std::string_view::npos;
+  return (vowel ? "an " : "a ") + std::string(noun);
+}
+
 std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> items;
   while (!text.empty()) {

@@ -28,6 +28,9 @@ std::string suggestion(std::string_view name, std::span<const std::string> candi
 /// "a, b, c".
 std::string join(std::span<const std::string> items, std::string_view separator = ", ");
 
+/// "a soup", "an image": by the first letter of `noun`, which must not be empty.
+std::string with_article(std::string_view noun);
+
 /// Splits at every separator; "" gives no item.
 std::vector<std::string> split(std::string_view text, char separator);
 

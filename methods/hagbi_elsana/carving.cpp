@@ -52,7 +52,7 @@ class Carver {
       carve_all(queue, voids, stage);
     } else {
       RankQueue queue(rank_);
-      rank_ = {};
+      decltype(rank_)().swap(rank_);  // assigning {} would keep the memory
       carve_all(queue, voids, stage);
     }
     if (report != nullptr) {

@@ -30,7 +30,7 @@ class Classifier {
     const auto count = static_cast<std::uint32_t>(input_.tetrahedra.size());
     constexpr std::uint64_t kBytes = 1 + 1 + 4 + 4 + 4;  // walls, barriers, region, queue, number
     constexpr std::uint64_t kOutput = 16 + 16 + 1;
-    constexpr std::uint64_t kBytesAFacet = 12 + 4 * sizeof(Wall) + 2 * sizeof(Crossing);
+    constexpr std::uint64_t kBytesAFacet = 12 + 4 * sizeof(Wall) + 2 * sizeof(WallCrossing);
     Stage stage(context_, "classification", 5);
     context_.require_memory(std::uint64_t{count} * (kBytes + kOutput) + input_.facets.size() * kBytesAFacet,
                             "classification");
@@ -75,20 +75,20 @@ class Classifier {
     return wall.in_front ? times : -times;
   }
 
-  struct Crossing {
+  struct WallCrossing {
     std::uint32_t from = 0, to = 0;
     std::int64_t gain = 0;
 
-    auto operator<=>(const Crossing&) const = default;
+    auto operator<=>(const WallCrossing&) const = default;
   };
 
   /// What walls say of the regions beside them, sorted, each nearly once.
-  std::vector<Crossing> find_crossings() const {
-    std::vector<Crossing> crossings;
+  std::vector<WallCrossing> find_wall_crossings() const {
+    std::vector<WallCrossing> crossings;
     // Most walls around a region say the same: what its last ones said, inwards and outwards, is not said again.
-    std::vector<std::array<Crossing, 2>> last(regions_.count);
-    const auto say = [&](const Crossing& crossing) {
-      Crossing& before = last[std::max(crossing.from, crossing.to)][crossing.from < crossing.to ? 1 : 0];
+    std::vector<std::array<WallCrossing, 2>> last(regions_.count);
+    const auto say = [&](const WallCrossing& crossing) {
+      WallCrossing& before = last[std::max(crossing.from, crossing.to)][crossing.from < crossing.to ? 1 : 0];
       if (crossing == before) return;
       crossings.push_back(crossing);
       before = crossing;
@@ -106,10 +106,10 @@ class Classifier {
   }
 
   void decide_regions() {
-    const std::vector<Crossing> crossings = find_crossings();
+    const std::vector<WallCrossing> crossings = find_wall_crossings();
     const std::size_t regions = regions_.count;
     std::vector<std::size_t> first(regions + 1, 0);
-    for (const Crossing& crossing : crossings) ++first[crossing.from + 1];
+    for (const WallCrossing& crossing : crossings) ++first[crossing.from + 1];
     for (std::size_t r = 0; r < regions; ++r) first[r + 1] += first[r];
 
     std::vector<std::int64_t> winding(regions, 0);
@@ -126,7 +126,7 @@ class Classifier {
       }
     }
     std::vector<std::uint8_t> contradictory(regions, 0);
-    for (const Crossing& crossing : crossings) {
+    for (const WallCrossing& crossing : crossings) {
       if (winding[crossing.to] != winding[crossing.from] + crossing.gain) {
         contradictory[crossing.from] = contradictory[crossing.to] = 1;
       }

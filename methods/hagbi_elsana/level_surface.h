@@ -22,8 +22,9 @@ struct CarvedSolid {
   }
 };
 
-/// What making a surface needs, kept from level to level: so it takes no time for what is not on the surface, and no
-/// new memory after the largest one. Between two surfaces only `vertex_of` has to be as it was left.
+/// What making a surface needs, kept from level to level: so a manifold one takes no time for what is not on it, and no
+/// new memory after the largest one. Where surfaces have to be cut, the cutting has memory of its own, and the first
+/// such one clears `place`. Between two surfaces only `vertex_of` has to be as it was left.
 struct LevelWorkspace {
   static constexpr std::uint32_t kNone = 0xffffffffU;
 

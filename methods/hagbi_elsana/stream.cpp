@@ -99,7 +99,7 @@ void CarvingStream::follow_steps(RunContext& context) {
       __builtin_prefetch(&complement_.corners[ahead]);
       const std::uint32_t t = carved[k];
       const TetrahedronCorners& corners = complement_.corners[t];
-      if (order_.size() < faces + 4) order_.resize(faces + faces / 2 + 4);  // neighbours that are not mutual
+      if (order_.size() < faces + 4) throw InputError("the complement has neighbours that are not mutual");
       // +1 for a face that comes, -1 for the one of its neighbour that goes; without a branch.
       std::array<std::uint32_t, 4> change{};
       std::uint32_t sum = 0;

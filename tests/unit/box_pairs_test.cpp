@@ -35,7 +35,7 @@ Pairs slow_pairs(const std::vector<Box>& boxes) {
 
 /// Sorted; a pair that is visited twice is in it twice.
 Pairs visited_pairs(const std::vector<Box>& boxes) {
-  const BoxPairs tree(boxes);
+  const BoxPairs tree(boxes, RunContext());
   std::vector<std::uint32_t> order = tree.order();
   const RunContext context;
   Pairs pairs;
@@ -128,7 +128,7 @@ TEST(BoxPairs, AClusterInACornerIsOrderedToo) {
   for (int i = 0; i < 1000; ++i) {
     boxes.push_back(box_around(Point(1e-30 * ((i * 7) % 1000), 0, 0), Point(0.6e-30, 0, 0)));
   }
-  const BoxPairs tree(boxes);
+  const BoxPairs tree(boxes, RunContext());
   double last = -1;
   for (std::size_t place = 0; place < 1000; ++place) {
     ASSERT_NE(tree.order()[place], 0U);
@@ -147,7 +147,7 @@ TEST(BoxPairs, AnyOverlap) {
     return boxes;
   };
   const std::vector<Box> boxes = small_boxes(3);
-  const BoxPairs tree(boxes);
+  const BoxPairs tree(boxes, RunContext());
   int hits = 0;
   for (const Box& query : small_boxes(4)) {
     const bool expected = std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
@@ -158,7 +158,7 @@ TEST(BoxPairs, AnyOverlap) {
   }
   EXPECT_GT(hits, 30);
   EXPECT_LT(hits, 170);
-  EXPECT_FALSE(BoxPairs({}).any_overlaps(boxes[0]));
+  EXPECT_FALSE(BoxPairs({}, RunContext()).any_overlaps(boxes[0]));
 }
 
 TEST(BoxPairs, Cancels) {
@@ -166,7 +166,7 @@ TEST(BoxPairs, Cancels) {
   RunContext context;
   context.cancellation = stop.get_token();
   stop.request_stop();
-  const BoxPairs tree(std::vector<Box>(30, box_around(Point(0, 0, 0), Point(1, 1, 1))));
+  const BoxPairs tree(std::vector<Box>(30, box_around(Point(0, 0, 0), Point(1, 1, 1))), RunContext());
   EXPECT_THROW(tree.visit_pairs(0, context, [](std::size_t, std::size_t) {}), Cancelled);
 }
 

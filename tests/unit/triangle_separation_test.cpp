@@ -131,6 +131,10 @@ TEST(CertainlyApart, InAnyRoundingMode) {
       std::vector<Point> p(6);
       for (Point& q : p) q = Point(share(random), share(random), share(random));
       bring_near(p, std::ldexp(1.0, -static_cast<int>(random() % 60)), random);
+      // Where products overflow, to infinity or to the largest number.
+      if (seed % 2 == 1) {
+        for (Point& q : p) q *= std::ldexp(1.0, 200 + static_cast<int>(random() % 800));
+      }
       const TriangleSoup soup = pair_of(p, static_cast<std::uint32_t>(seed % 3), random);
       std::fesetround(mode);
       const bool claimed =
@@ -140,7 +144,7 @@ TEST(CertainlyApart, InAnyRoundingMode) {
       tallies[seed % 3].settled += claimed ? 1 : 0;
     }
   }
-  for (const Tally& tally : tallies) EXPECT_GT(tally.settled, test::case_count(1000));
+  for (const Tally& tally : tallies) EXPECT_GT(tally.settled, test::case_count(800));
 }
 
 TEST(CertainlyApart, SaysSoOfNeighboursOnASmoothSurface) {
