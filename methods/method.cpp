@@ -21,11 +21,6 @@ class StoredLevels final : public LevelSequence {
   std::vector<TriangleSoup> levels_;
 };
 
-std::string with_article(std::string_view noun) {
-  const bool vowel = std::string_view("aeiou").find(noun.front()) != std::string_view::npos;
-  return (vowel ? "an " : "a ") + std::string(noun);
-}
-
 }  // namespace
 
 LevelCounts LevelSequence::counts(std::int64_t index) const {

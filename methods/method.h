@@ -62,11 +62,28 @@ struct NamedVolume {
   std::int64_t level = 0;  ///< the level that it belongs to
 };
 
+/// A surface of a level that is drawn together with others, the outer ones translucent, for a gradual transition from
+/// the solid to what surrounds it.
+struct TranslucentLayer {
+  std::int64_t level = 0;  ///< the level that it belongs to
+  double iso_density = 0.5;
+  double opacity = 1;
+  TriangleSoup surface;
+};
+
+/// A figure that says what a level is like, to be listed beside it.
+struct LevelProperty {
+  std::string name;  ///< "support"; results/README.md lists them all with units
+  double value = 0;
+};
+
 struct MethodResult {
   /// Never null, at least one level. Where the run's context asked for no surfaces, they may be empty.
   std::shared_ptr<const LevelSequence> levels;
   /// In the order of the stages; the last one of each level is that level as a volume.
   std::vector<NamedVolume> volumes;
+  std::vector<TranslucentLayer> layers;  ///< by level, from the innermost outward; most methods make none
+  std::vector<std::vector<LevelProperty>> level_properties;  ///< one list a level, or empty: there is nothing to say
   std::vector<StageTiming> timings;
   std::vector<std::string> notices;
 };

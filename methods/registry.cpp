@@ -9,6 +9,7 @@
 // One line a method: X(f) stands for `std::unique_ptr<Method> f()`, defined in the method's own folder.
 #define VOXCARVE_METHODS(X) \
   X(make_nooruddin_turk)    \
+  X(make_he_lowpass)        \
   X(make_mason)             \
   X(make_hagbi_elsana)      \
   X(make_identity)          \

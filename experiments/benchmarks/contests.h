@@ -16,6 +16,8 @@ std::vector<Contest> isosurface_contests(const Scope& scope);
 std::vector<Contest> morphology_contests(const Scope& scope);
 /// The Gaussian low-pass filter of fields.
 std::vector<Contest> filter_contests(const Scope& scope);
+/// Filtered densities of solids.
+std::vector<Contest> low_pass_contests(const Scope& scope);
 std::vector<Contest> reduction_contests(const Scope& scope);
 /// The paper's blade from polygons to 200 triangles, stage by stage, and what it takes of memory.
 std::vector<Contest> pipeline_contests(const Scope& scope);

@@ -113,7 +113,7 @@ int run(int argc, char** argv) {
   std::vector<Contest> contests;
   // The pipeline and morphology first: they measure memory, which no earlier contest should have fragmented.
   for (const auto list : {pipeline_contests, morphology_contests, voxelization_contests, isosurface_contests,
-                          filter_contests, reduction_contests, carving_contests, other_contests})
+                          filter_contests, low_pass_contests, reduction_contests, carving_contests, other_contests})
     std::ranges::move(list(scope), std::back_inserter(contests));
   Harness harness(arguments.rounds);
   for (Contest& contest : contests) {

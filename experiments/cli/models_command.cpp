@@ -10,6 +10,7 @@
 #include "common/mesh/models/catalogue.h"
 #include "common/mesh/models/procedural.h"
 #include "common/run/errors.h"
+#include "common/run/text.h"
 #include "common/volume/io/volume_io.h"
 #include "common/volume/models/volume_models.h"
 #include "experiments/cli/commands.h"
@@ -161,7 +162,7 @@ void write_model(Session& session, const std::string& name, const std::string& o
   } else if (const auto* volume = std::get_if<BinaryVolume>(&model.shape)) {
     write_binary_volume(model.name, *volume, output, json);
   } else {
-    throw InputError(name + " is a " + std::string(to_string(model.kind())) +
+    throw InputError(name + " is " + with_article(to_string(model.kind())) +
                      "; only meshes, binary volumes and images are written here");
   }
 }

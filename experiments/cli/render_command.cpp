@@ -11,6 +11,8 @@
 #include "common/run/text.h"
 #include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
+#include "experiments/cli/hierarchy_panels.h"
+#include "experiments/cli/level_files.h"
 #include "experiments/cli/session.h"
 #include "experiments/render/irregularity.h"
 #include "experiments/render/render.h"
@@ -38,18 +40,22 @@ struct Options {
   double period = 0;           ///< 0: the default
   bool contour = false;
   std::optional<double> irregular;  ///< radius in voxels
+
+  HierarchyOptions hierarchy;
+  std::optional<double> view_angle;  ///< degrees
 };
 
-/// A panel and what --json says of it.
-struct Panel {
-  RenderItem item;
-  Json description;
-};
+constexpr double kAssemblyViewAngle = 50;  ///< degrees; rows that go away want perspective
 
 /// Refuses options that have nothing to act on, before anything is opened.
 void check_options(const Options& options) {
   if (options.captions.size() > options.shapes.size()) throw ParameterError("there are more captions than shapes");
   const bool slice = !options.slice.empty() || options.irregular;
+  const auto indices = std::ranges::count_if(options.shapes, is_levels_index);
+  check_hierarchy_options(options.hierarchy, options.shapes.size(), static_cast<std::size_t>(indices));
+  if (indices > 0 && slice) throw ParameterError("an index of levels has no voxels to slice");
+  if (options.hierarchy.layered && options.render.wireframe)
+    throw ParameterError("--layered draws no edges; leave out --wireframe");
   if (slice && options.volume) throw ParameterError("--slice and --volume exclude each other; draw two pictures");
   const bool cyclic = options.map == "cyclic" || (options.map.empty() && options.distance);
   const auto only_with = [](bool given, bool sensible, const char* option, const char* with) {
@@ -76,10 +82,12 @@ Json dims_json(const GridFrame& frame) {
   return {frame.dims[0], frame.dims[1], frame.dims[2]};
 }
 
+/// Names a method that makes a volume of it.
 [[noreturn]] void refuse_without_voxels(const Model& model, const std::string& input) {
-  throw ParameterError(model.name + " is a " + std::string(to_string(model.kind())) +
-                       ", which has no voxels to slice; make a volume of it first: voxcarve run nooruddin-turk " +
-                       input + " -o VOLUME.nrrd");
+  const char* method = model.kind() == ModelKind::kImplicitSolid ? "he-lowpass" : "nooruddin-turk";
+  throw ParameterError(model.name + " is " + with_article(to_string(model.kind())) +
+                       ", which has no voxels to slice; make a volume of it first: voxcarve run " + method + " '" +
+                       input + "' -o VOLUME.nrrd");
 }
 
 /// The volume as a binary one: the model's own, or its threshold.
@@ -189,7 +197,13 @@ Panel mesh_panel(const Model& model, const std::string& input, RunContext& conte
   return {{std::move(surface), model.name + "\n" + with_thousands(triangles) + " triangles"}, std::move(description)};
 }
 
-Panel make_panel(const std::string& input, const Options& options, SliceRequest& request, Session& session) {
+Panel make_panel(const std::string& input, const Options& options, RenderOptions& how, SliceRequest& request,
+                 Session& session) {
+  if (is_levels_index(input)) {
+    if (options.hierarchy.assembly.empty()) return level_panel(input, options.hierarchy, session.context());
+    const auto caption = options.captions.empty() ? std::nullopt : std::optional(options.captions.front());
+    return assembly_panel(input, options.hierarchy, caption, how, session.context());
+  }
   Model model = session.open(input);
   const bool image = model.kind() == ModelKind::kImage && !options.volume;
   if (!options.slice.empty() || options.irregular || image)
@@ -207,8 +221,13 @@ void render(const Options& options) {
   std::vector<RenderItem> items;
   Json panels = Json::array();
   bool draws_volume = false;
+  RenderOptions how = options.render;
+  how.common_camera = !options.separate;
+  how.cancellation = session.context().cancellation;
+  how.view_angle =
+      options.view_angle.value_or(options.hierarchy.assembly.empty() ? how.view_angle : kAssemblyViewAngle);
   for (std::size_t index = 0; index < options.shapes.size(); ++index) {
-    Panel panel = make_panel(options.shapes[index], options, request, session);
+    Panel panel = make_panel(options.shapes[index], options, how, request, session);
     if (index < options.captions.size()) panel.item.caption = options.captions[index];
     draws_volume |= panel.description["kind"] == "volume";
     items.push_back(std::move(panel.item));
@@ -218,14 +237,12 @@ void render(const Options& options) {
     throw ParameterError("--volume: none of the shapes is a volume; make one of a mesh with voxcarve run");
   if (!options.slice.empty() && !captions_available())
     session.print_notices({"this build has no rendering, so the slices have no captions"});
-  RenderOptions how = options.render;
-  how.common_camera = !options.separate;
-  how.cancellation = session.context().cancellation;
   render_meshes(items, how, options.output);
   session.print_timings(session.context().timings());
   if (options.common.json) {
     print_json({{"output", options.output}, {"shapes", options.shapes}, {"panels", panels}});
   } else {
+    if (!options.hierarchy.assembly.empty()) fmt::print("{}", assembly_text(panels.front()));
     fmt::print("{} shape{} -> {}\n", items.size(), items.size() == 1 ? "" : "s", options.output);
   }
 }
@@ -273,7 +290,10 @@ void add_render_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("render", "draw meshes, volumes and slices side by side, without a window system");
-  command->add_option("SHAPE", options->shapes, "mesh or volume files, or model:NAME")->required();
+  command
+      ->add_option("SHAPE", options->shapes,
+                   "mesh or volume files, model:NAME, or the index.json of voxcarve run --levels")
+      ->required();
   command->add_option("-o,--output", options->output, "PNG file")->required();
   command->add_option("--caption", options->captions,
                       "text under a panel, one a shape in their order (default: its name and size)");
@@ -290,9 +310,20 @@ void add_render_command(CLI::App& app) {
   command->add_option("--azimuth", options->render.azimuth, "camera: degrees from the front (default 30)");
   command->add_option("--elevation", options->render.elevation, "camera: degrees above the ground (default 20)")
       ->check(in_range(-90, 90));
+  command
+      ->add_option("--view-angle", options->view_angle,
+                   "camera: vertical opening in degrees (default 24, little perspective; 50 with --assembly)")
+      ->check(in_range(1, 120));
+  command->add_flag("--aliased", options->render.aliased,
+                    "take one sample a pixel of meshes and volumes, not the mean of four");
+  command
+      ->add_option("--magnify", options->render.magnification,
+                   "draw meshes and volumes so many times smaller and every pixel as a square (default 1)")
+      ->check(in_range(1, kMaxMagnification));
   command->add_option("--up", options->render.up_axis, "axis that points up: y or z (default y)")
       ->check(CLI::IsMember({"y", "z"}));
   add_volume_options(*command, *options);
+  add_hierarchy_options(*command, options->hierarchy);
   add_common_options(*command, options->common);
   command->callback([options] {
     options->render.panel_height = options->render.panel_width;

@@ -15,6 +15,7 @@
 #include "experiments/cli/checks.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/json_text.h"
+#include "experiments/cli/level_files.h"
 #include "experiments/cli/session.h"
 #include "experiments/runner/comparison.h"
 #include "methods/hagbi_elsana/hagbi_elsana.h"
@@ -34,6 +35,8 @@ struct RunOptions {
   std::string output;
   std::string report;
   std::string volume;
+  std::string levels;
+  std::string levels_format = "ply";
   std::vector<std::string> settings;
   std::int64_t triangles = 0;
   std::int64_t vertices = 0;
@@ -53,20 +56,6 @@ ChosenLevel choose_level(const MethodResult& result, const RunOptions& options) 
   std::int64_t index = levels - 1;
   while (index > 0 && result.levels->counts(index).vertices > options.vertices) --index;
   return {index, result.levels->extract(index)};
-}
-
-/// What of the budget was not met, or "".
-std::string missed_budget(const TriangleSoup& surface, const RunOptions& options) {
-  const auto triangles = static_cast<std::int64_t>(surface.triangles.size());
-  if (options.triangles > 0 && triangles > options.triangles) {
-    return "the result has " + std::to_string(triangles) + " triangles, more than the budget of " +
-           std::to_string(options.triangles);
-  }
-  if (options.vertices == 0) return "";
-  const auto vertices = static_cast<std::int64_t>(merge_equal_positions(surface).positions.size());
-  if (vertices <= options.vertices) return "";
-  return "even the coarsest level has " + std::to_string(vertices) + " distinct vertices, more than the " +
-         std::to_string(options.vertices) + " asked for";
 }
 
 /// The volume that --volume names, of the level chosen or of all levels; the result of that level without it.
@@ -121,6 +110,11 @@ std::optional<std::int64_t> interior_of(const MethodResult& result, std::int64_t
 std::string summary_of(const MethodResult& result, const ChosenLevel& level) {
   const auto voxels = interior_of(result, level.index);
   if (level.surface.empty() && voxels) return with_thousands(*voxels) + " interior voxels";
+  const auto densities = std::ranges::find_if(result.volumes, [&](const NamedVolume& volume) {
+    return volume.level == level.index && std::holds_alternative<DensityVolume>(volume.volume);
+  });
+  if (level.surface.empty() && densities != result.volumes.end())
+    return with_thousands(std::get<DensityVolume>(densities->volume).frame.voxels()) + " voxels";
   return with_thousands(static_cast<long long>(level.surface.positions.size())) + " vertices, " +
          with_thousands(static_cast<long long>(level.surface.triangles.size())) + " triangles";
 }
@@ -149,6 +143,7 @@ Json run_report(const Model& model, const Method& method, const Parameters& para
     json["invariants"] = list;
   }
   if (!options.output.empty()) json["output"] = options.output;
+  if (!options.levels.empty()) json["levels_folder"] = options.levels;
   return json;
 }
 
@@ -177,16 +172,21 @@ void run(const RunOptions& options) {
   }
   require_folder(options.output);
   require_folder(options.report);
+  if (!options.levels.empty()) {
+    require_folder(options.levels);
+    protect_input_of_levels(options.input, options.levels, options.levels_format);
+  }
   Session session(options.common);
   const Model model = session.open(options.input);
   session.announce(method.info().name);
   // Surfaces cost more than volumes, and nobody looks at them where these are all that is wanted.
-  session.context().surfaces =
-      !wants_volume || options.check_invariants || options.triangles > 0 || options.vertices > 0;
+  session.context().surfaces = !wants_volume || options.check_invariants || options.triangles > 0 ||
+                               options.vertices > 0 || !options.levels.empty();
   MethodResult result = method.run(model, parameters, session.context());
   const ChosenLevel level = choose_level(result, options);
   const TriangleSoup& surface = level.surface;
-  if (const std::string missed = missed_budget(surface, options); !missed.empty()) result.notices.push_back(missed);
+  const std::string missed = missed_budget(surface, options.triangles, options.vertices);
+  if (!missed.empty()) result.notices.push_back(missed);
   std::vector<InvariantCheck> checks;
   if (options.check_invariants) checks = method.check_invariants(model, parameters, result, session.context());
   if (wants_stream) {
@@ -197,6 +197,11 @@ void run(const RunOptions& options) {
     if (surface.empty())
       throw MethodFailure("nothing of " + model.name + " is left, so there is no mesh to write to " + options.output);
     write_mesh(surface, options.output);
+  }
+  std::int64_t level_files = 0;
+  if (!options.levels.empty()) {
+    level_files =
+        write_levels(result, {&method, &model, &parameters}, options.levels, options.levels_format, session.context());
   }
   const Json report = run_report(model, method, parameters, result, level.index, surface, checks, options);
   if (!options.report.empty()) write_file_atomically(options.report, json_text(report) + "\n");
@@ -209,6 +214,10 @@ void run(const RunOptions& options) {
     for (const StageTiming& timing : result.timings) seconds += timing.seconds;
     fmt::print("{} of {}: {} in {:.2f} s{}\n", method.info().name, model.name, summary_of(result, level), seconds,
                options.output.empty() ? "" : " -> " + options.output);
+    if (!options.levels.empty())
+      fmt::print("  {} level{}, {} mesh file{} -> {}\n", result.levels->size(), result.levels->size() == 1 ? "" : "s",
+                 level_files, level_files == 1 ? "" : "s",
+                 (std::filesystem::path(options.levels) / "index.json").string());
     for (const InvariantCheck& check : checks)
       fmt::print("  {}: {}{}\n", check.name, check.holds ? "holds" : "VIOLATED",
                  check.detail.empty() ? "" : " (" + check.detail + ")");
@@ -248,6 +257,14 @@ void add_run_command(CLI::App& app) {
   command->add_option("--vertices", options->vertices, "take the finest level with at most this many distinct vertices")
       ->check(in_range(1, kLargestCount))
       ->excludes(level);
+  CLI::Option* levels = command->add_option(
+      "--levels", options->levels,
+      "folder for all levels, at most 1,000: level_0.ply, the coarsest, and so on, layers as level_0_layer_0.ply, and "
+      "index.json, which lists them with their properties and counts (results/README.md). Levels without triangles "
+      "have no file. Of an earlier export its files are removed, others stay");
+  command->add_option("--levels-format", options->levels_format, "format of these meshes (default ply)")
+      ->check(CLI::IsMember({"ply", "obj", "off", "stl"}))
+      ->needs(levels);
   command->add_flag("--check-invariants", options->check_invariants,
                     "verify what the method promises of its result; exit code 5 when it does not hold");
   command->add_option("--report", options->report, "write a JSON report of the run to this file");

@@ -9,6 +9,8 @@
 #include <span>
 #include <tuple>
 
+#include "common/mesh/topology.h"
+
 namespace voxcarve {
 
 UnitFrame UnitFrame::of(const Box& box) {
@@ -58,6 +60,7 @@ class CreaseSplitter {
 
   DisplayMesh build(bool with_edges) {
     mesh_.triangles.resize(soup_.triangles.size());
+    find_two_sided();
     first_copy_.resize(welded_.positions.size());
     for (std::size_t vertex = 0; vertex < welded_.positions.size(); ++vertex) {
       first_copy_[vertex] = static_cast<std::uint32_t>(mesh_.positions.size());
@@ -163,6 +166,35 @@ class CreaseSplitter {
         mesh_.colors.push_back(color);
       }
       mesh_.triangles[corner / 3][corner % 3] = static_cast<std::uint32_t>(mesh_.positions.size() - 1);
+    }
+  }
+
+  /// Triangles of the same three positions stand together when their corners are sorted; how these were ordered before
+  /// tells one side from the other.
+  void find_two_sided() {
+    struct Side {
+      Triangle corners;
+      bool turned;
+      std::size_t triangle;
+    };
+    std::vector<Side> sides;
+    sides.reserve(welded_.triangles.size());
+    for (std::size_t t = 0; t < welded_.triangles.size(); ++t) {
+      Triangle corners = welded_.triangles[t];
+      if (!has_distinct_corners(corners)) continue;
+      std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+      const bool turned = corners[1] > corners[2];
+      if (turned) std::swap(corners[1], corners[2]);
+      sides.push_back({corners, turned, t});
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+      return std::tie(a.corners, a.turned) < std::tie(b.corners, b.turned);
+    });
+    mesh_.two_sided.assign(welded_.triangles.size(), false);
+    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
+      while (end < sides.size() && sides[end].corners == sides[first].corners) ++end;
+      if (sides[first].turned == sides[end - 1].turned) continue;
+      for (std::size_t i = first; i < end; ++i) mesh_.two_sided[sides[i].triangle] = true;
     }
   }
 

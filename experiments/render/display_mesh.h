@@ -24,10 +24,11 @@ struct UnitFrame {
 
 /// Vertices are split where normals or colours differ.
 struct DisplayMesh {
-  std::vector<Eigen::Vector3f> positions;           ///< in the unit frame
-  std::vector<Eigen::Vector3f> normals;             ///< unit length, one a position
-  std::vector<Rgb8> colors;                         ///< one a position
-  std::vector<Triangle> triangles;                  ///< the soup's, in its order
+  std::vector<Eigen::Vector3f> positions;  ///< in the unit frame
+  std::vector<Eigen::Vector3f> normals;    ///< unit length, one a position
+  std::vector<Rgb8> colors;                ///< one a position
+  std::vector<Triangle> triangles;         ///< the soup's, in its order
+  std::vector<bool> two_sided;  ///< one a triangle: the other side of the same three positions is a triangle too
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< each edge once; filled only on request
 };
 

@@ -24,12 +24,15 @@ void check_range(const char* name, double value, double least, double greatest) 
 }
 
 void check_options(const RenderOptions& options) {
-  check_range("panel_width", options.panel_width, kMinPanelSize, kMaxPanelSize);
-  check_range("panel_height", options.panel_height, kMinPanelSize, kMaxPanelSize);
   check_range("columns", options.columns, 0, std::numeric_limits<int>::max());
   check_range("crease_angle", options.crease_angle, 0, 180);
   check_range("azimuth", options.azimuth, -360, 360);
   check_range("elevation", options.elevation, -90, 90);
+  check_range("view_angle", options.view_angle, 1, 120);
+  check_range("magnification", options.magnification, 1, kMaxMagnification);
+  const int smallest_panel = kMinPanelSize * options.magnification;
+  check_range("panel_width", options.panel_width, smallest_panel, kMaxPanelSize);
+  check_range("panel_height", options.panel_height, smallest_panel, kMaxPanelSize);
   if (options.up_axis != "y" && options.up_axis != "z") {
     throw ParameterError("picture: up_axis is '" + options.up_axis + "', must be y or z");
   }
@@ -63,6 +66,14 @@ void check_content(const ScalarVolume& volume, const std::string& name) {
   if (!std::isfinite(volume.iso_value) ||
       !std::ranges::all_of(volume.grid.values, [](float value) { return std::isfinite(value); })) {
     throw InputError(name + " holds a value that is not finite");
+  }
+}
+
+void check_content(const LayeredSurface& layered, const std::string& name) {
+  for (const LayeredSurface::Layer& layer : layered.layers) {
+    if (!(layer.opacity >= 0 && layer.opacity <= 1))
+      throw InputError(name + " has a layer of opacity " + format_real(layer.opacity) + ", must be from 0 to 1");
+    check_content(layer.surface, name);
   }
 }
 

@@ -153,6 +153,8 @@ class Regularization final : public Method {
       const bool nothing = count_interior(filtered.volume, context) == 0;
       empty = empty && nothing;
       if (nothing) context.notice(radius_text(radius) + ": nothing of " + model.name + " is left, the result is empty");
+      const double voxel = shape.frame.voxel_size;
+      result.level_properties.push_back({{"radius", radius}, {"radius_model", radius * voxel}, {"voxel_size", voxel}});
       levels.push_back(context.surfaces && !nothing
                            ? surface_of(shape, filtered.volume, radius, parameters, held, context)
                            : TriangleSoup{});

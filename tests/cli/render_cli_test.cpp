@@ -114,8 +114,19 @@ TEST_F(RenderProgram, SaysWhatIsWrongWithASlice) {
   for (const char* option : {"--distance", "--map grey", "--window 0,1", "--contour", "--period 2"})
     refused(std::string("ramp.nrrd ") + option, 2, "with --slice only");
   refused("model:torus --slice z", 2, "which has no voxels to slice; make a volume of it first: voxcarve run");
+  refused("'model:bolt?form=implicit' --slice z", 2,
+          "bolt is an implicit solid, which has no voxels to slice; make a volume of it first: voxcarve run he-lowpass "
+          "'model:bolt?form=implicit' -o VOLUME.nrrd");
   refused("hollow.nrrd --slice z --distance", 3, "no interior voxel");
   EXPECT_EQ(files(), (std::vector<std::string>{"hollow.nrrd", "ramp.nrrd", "solid.nrrd"}));
+}
+
+TEST_F(RenderProgram, TheAdviceForAnImplicitSolidWorks) {
+  const Outcome made = run("run he-lowpass 'model:bolt?form=implicit' --set resolution=16 -o b.nrrd");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find(" voxels in "), std::string::npos) << made.out;
+  EXPECT_EQ(run("render b.nrrd --slice z --size 64 -o b.png").code, 0);
+  expect_refusal("models 'bolt?form=implicit' -o b.ply", 3, "is an implicit solid; only meshes");
 }
 
 TEST_F(RenderProgram, SaysWhatIsWrongWithAVolume) {

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -42,6 +44,11 @@ int differing_pixels(const RenderedImage& a, const RenderedImage& b) {
     count += differs;
   }
   return count;
+}
+
+/// As a side that is seen from behind.
+bool reddish(const Pixel& p) {
+  return p.red > 1.4 * p.blue;
 }
 
 TEST(Render, UnavailableRenderingSaysSo) {
@@ -85,7 +92,6 @@ TEST(Render, FacesOfACubeAreFlatAndDiffer) {
 
 TEST(Render, BackFacesAreTinted) {
   VOXCARVE_REQUIRE_RENDERING();
-  const auto reddish = [](const Pixel& p) { return p.red > 1.4 * p.blue; };
   const auto count = [&](const TriangleSoup& shape) {
     const RenderedImage image = render_image({{shape, ""}}, small_panels());
     return extent_of(image, 0, image.width, reddish).count;
@@ -102,6 +108,45 @@ TEST(Render, BackFacesAreTinted) {
   TriangleSoup green = inside_out(cube());
   green.vertex_colors.assign(8, Color(0, 1, 0));
   EXPECT_GT(count(green), 0.95 * covered);
+}
+
+TEST(Render, BothSidesOfAFoldShowTheirFronts) {
+  VOXCARVE_REQUIRE_RENDERING();
+  // Closed surfaces without a volume: two triangles, and a bent sheet of 200. The other side of each has the same
+  // positions, under numbers of its own and from another corner on, as after cutting to a manifold.
+  TriangleSoup triangle;
+  triangle.positions = {{-1, -1, 0.3}, {1, -0.8, -0.2}, {0.1, 1, 0.1}};
+  triangle.triangles = {{0, 1, 2}};
+  TriangleSoup sheet;
+  for (int j = 0; j <= 10; ++j) {
+    for (int i = 0; i <= 10; ++i)
+      sheet.positions.emplace_back(i / 5.0 - 1, j / 5.0 - 1, 0.3 * std::sin(0.7 * i - 0.4 * j));
+  }
+  for (std::uint32_t j = 0; j < 10; ++j) {
+    for (std::uint32_t i = 0; i < 10; ++i) {
+      const std::uint32_t a = 11 * j + i;
+      sheet.triangles.push_back({a, a + 1, a + 12});
+      sheet.triangles.push_back({a, a + 12, a + 11});
+    }
+  }
+  for (const TriangleSoup& front : {triangle, sheet}) {
+    TriangleSoup closed = front;
+    const auto copies = static_cast<std::uint32_t>(front.positions.size());
+    closed.positions.insert(closed.positions.end(), front.positions.begin(), front.positions.end());
+    for (const auto& [a, b, c] : front.triangles) closed.triangles.push_back({c + copies, b + copies, a + copies});
+    for (const double azimuth : {-150.0, -35.0, 20.0, 110.0}) {
+      RenderOptions options = small_panels();
+      options.azimuth = azimuth;
+      const RenderedImage image = render_image({{closed, ""}}, options);
+      EXPECT_EQ(extent_of(image, 0, image.width, reddish).count, 0) << azimuth;
+      // It covers what the sheet alone covers, whose back is red from behind.
+      const RenderedImage open = render_image({{front, ""}}, options);
+      EXPECT_EQ(drawn(image).count, drawn(open).count) << azimuth;
+      if (std::abs(azimuth) > 100) {
+        EXPECT_GT(extent_of(open, 0, open.width, reddish).count, drawn(open).count / 4) << azimuth;
+      }
+    }
+  }
 }
 
 TEST(Render, ShowsTheColoursOfTheShape) {
