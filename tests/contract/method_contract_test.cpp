@@ -1,6 +1,7 @@
 // What every registered method keeps to. A new method is tested here without a line of its own.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -33,13 +34,21 @@ std::vector<Model> small_models() {
   Grid<float> field(frame_of({8, 8, 8}));
   for (std::size_t i = 0; i < field.values.size(); ++i) field.values[i] = static_cast<float>(i % 8);
   models.push_back({"field", ScalarVolume{field, 3.5F}});
-  models.push_back(
-      {"ball", ImplicitSolid{[](const Point& p) { return p.norm() < 1; }, {Point::Constant(-1), Point::Constant(1)}}});
+  ImplicitSolid ball{[](const Point& p) { return p.norm() < 1; }, {Point::Constant(-1), Point::Constant(1)}};
+  ball.clearance = [](const Point& p) { return (1 - 1e-12) * std::abs(p.norm() - 1); };
+  models.push_back({"ball", ball});
   return models;
 }
 
 Parameters defaults_of(const Method& method) {
   return Parameters::defaults(method.info().parameters);
+}
+
+/// The same on coarse grids, and `settings`: what most tests below ask for does not depend on the resolution, and runs
+/// many times.
+Parameters coarse_defaults_of(const Method& method, std::vector<std::string> settings = {}) {
+  if (method.info().parameters.find("resolution") != nullptr) settings.emplace_back("resolution=40");
+  return Parameters::parse(method.info().parameters, settings, method.info().name);
 }
 
 class EveryMethod : public testing::TestWithParam<const Method*> {
@@ -48,7 +57,7 @@ class EveryMethod : public testing::TestWithParam<const Method*> {
   MethodResult run(const Model& model, int threads = 1) const {
     RunContext context;
     context.threads = threads;
-    return method().run(model, defaults_of(method()), context);
+    return method().run(model, coarse_defaults_of(method()), context);
   }
   std::vector<Model> supported() const {
     std::vector<Model> models;
@@ -107,14 +116,16 @@ TEST_P(EveryMethod, SupportsSomethingAndGivesReasonsForTheRest) {
     if (const auto reason = method().unsupported(model, defaults_of(method()))) {
       EXPECT_FALSE(reason->text.empty());
       RunContext context;
-      EXPECT_THROW(method().run(model, defaults_of(method()), context), InputError) << model.name;
+      EXPECT_THROW(method().run(model, coarse_defaults_of(method()), context), InputError) << model.name;
     }
   }
 }
 
 TEST_P(EveryMethod, GivesAtLeastOneLevelWithTriangles) {
   for (const Model& model : supported()) {
-    const MethodResult result = run(model);
+    RunContext context;
+    context.threads = 2;
+    const MethodResult result = method().run(model, defaults_of(method()), context);
     ASSERT_GE(result.levels->size(), 1) << model.name;
     EXPECT_FALSE(result.levels->extract(result.levels->size() - 1).empty()) << model.name;
   }
@@ -155,7 +166,7 @@ TEST_P(EveryMethod, StopsWhenItIsCancelledBeforeTheRun) {
     std::stop_source source;
     context.cancellation = source.get_token();
     source.request_stop();
-    EXPECT_THROW(method().run(model, defaults_of(method()), context), Cancelled) << model.name;
+    EXPECT_THROW(method().run(model, coarse_defaults_of(method()), context), Cancelled) << model.name;
   }
 }
 
@@ -166,7 +177,7 @@ TEST_P(EveryMethod, StopsWhenItIsCancelledDuringTheRun) {
     {
       RunContext context;
       context.progress = [&](const ProgressEvent&) { ++reports; };
-      method().run(model, defaults_of(method()), context);
+      method().run(model, coarse_defaults_of(method()), context);
     }
     for (int stop_at = 1; stop_at < reports; stop_at += 1 + reports / 8) {
       RunContext context;
@@ -181,7 +192,7 @@ TEST_P(EveryMethod, StopsWhenItIsCancelledDuringTheRun) {
         }
       };
       try {
-        method().run(model, defaults_of(method()), context);
+        method().run(model, coarse_defaults_of(method()), context);
         // Between the last stage's end and the return there is nothing left to stop.
         EXPECT_TRUE(last_stage_was_over) << method().info().name << " went on after report " << stop_at << " of "
                                          << reports;
@@ -209,7 +220,7 @@ TEST_P(EveryMethod, ReportsMonotoneProgress) {
       done = event.done;
       last[stage] = event.total - event.done;
     };
-    method().run(model, defaults_of(method()), context);
+    method().run(model, coarse_defaults_of(method()), context);
     for (const auto& [name, left] : last) EXPECT_EQ(left, 0) << name << " did not end at its total";
   }
 }
@@ -218,15 +229,14 @@ TEST_P(EveryMethod, FailsBeforeItExceedsItsMemoryBudget) {
   for (const Model& model : supported()) {
     RunContext context;
     context.memory_budget = 16;  // bytes: less than any model here
-    EXPECT_THROW(method().run(model, defaults_of(method()), context), ResourceError) << model.name;
+    EXPECT_THROW(method().run(model, coarse_defaults_of(method()), context), ResourceError) << model.name;
   }
 }
 
 TEST_P(EveryMethod, KeepsItsPromiseOfAClosedManifold) {
   const ParameterSchema& schema = method().info().parameters;
-  std::vector<Parameters> settings = {defaults_of(method())};
-  if (schema.find("triangles") != nullptr)
-    settings.push_back(Parameters::parse(schema, std::vector<std::string>{"triangles=100"}, ""));
+  std::vector<Parameters> settings = {coarse_defaults_of(method())};
+  if (schema.find("triangles") != nullptr) settings.push_back(coarse_defaults_of(method(), {"triangles=100"}));
   for (const Model& model : supported()) {
     for (const Parameters& parameters : settings) {
       RunContext context;
