@@ -35,7 +35,7 @@ MethodInfo make_info() {
                                         "the low-pass filter; radially symmetric, 0 beyond its support"));
   specs.push_back(ParameterSpec::real("sigma_ratio", "support", 0.01, 100, 0.4,
                                       "standard deviation of the Gaussian, as a share of its support's radius"));
-  specs.push_back(ParameterSpec::integer("taps", "samples", 3, 1024, 24,
+  specs.push_back(ParameterSpec::integer("taps", "samples", 3, 256, 24,
                                          "samples of the solid across the support, at least (the paper: 11)"));
   specs.push_back(ParameterSpec::choice("tap_weights", {"cell", "point"}, "cell",
                                         "weigh a sample by the filter's mean over its cell, or as the paper by the "

@@ -12,25 +12,35 @@ namespace voxcarve {
 namespace {
 
 constexpr double kTotal = 0x1p50;
-constexpr int kCellParts = 8;
+/// Parts of a cell along each axis: fewer where cells are a small share of the support.
+int cell_parts(double radius) {
+  constexpr double kFine = 128;
+  return radius <= 16 ? 8 : std::max(1, static_cast<int>(std::ceil(kFine / radius)));
+}
 
 /// The mean of the filter over the cell about a lattice point, or its value there.
 double tap(const RadialFilter& filter, double radius, TapRule rule, std::int64_t dx, std::int64_t dy, std::int64_t dz) {
   const Eigen::Vector3d center(static_cast<double>(dx), static_cast<double>(dy), static_cast<double>(dz));
   if (rule == TapRule::kPoint) return filter.weight(center.norm() / radius);
+  const int parts = cell_parts(radius);
   double sum = 0;
-  for (int k = 0; k < kCellParts; ++k) {
-    for (int j = 0; j < kCellParts; ++j) {
-      for (int i = 0; i < kCellParts; ++i) {
+  for (int k = 0; k < parts; ++k) {
+    for (int j = 0; j < parts; ++j) {
+      for (int i = 0; i < parts; ++i) {
         const Eigen::Vector3d part(i + 0.5, j + 0.5, k + 0.5);
-        sum += filter.weight((center + part / kCellParts - Eigen::Vector3d::Constant(0.5)).norm() / radius);
+        sum += filter.weight((center + part / parts - Eigen::Vector3d::Constant(0.5)).norm() / radius);
       }
     }
   }
-  return sum / (kCellParts * kCellParts * kCellParts);
+  return sum / (parts * parts * parts);
 }
 
 }  // namespace
+
+std::uint64_t LatticeKernel::memory(double radius) {
+  const auto taps = static_cast<std::uint64_t>(radius) + 2;
+  return taps * taps / 2 * 3 * taps * sizeof(double) + 4 * taps * taps * sizeof(Row);
+}
 
 LatticeKernel::LatticeKernel(const RadialFilter& filter, double radius, TapRule rule) {
   if (!(radius >= 0.5 && radius <= kMostRadius))

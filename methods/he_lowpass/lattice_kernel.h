@@ -24,6 +24,9 @@ class LatticeKernel {
   /// `radius`: lattice points from the centre to the end of the support, a real number in [0.5, kMostRadius].
   LatticeKernel(const RadialFilter& filter, double radius, TapRule rule);
 
+  /// Bytes that a kernel of this radius holds at most, while it is made.
+  static std::uint64_t memory(double radius);
+
   /// Lattice points along x from dx = -reach() to reach(), at some (dy, dz).
   struct Row {
     std::int64_t dy = 0;

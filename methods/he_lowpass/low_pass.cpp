@@ -191,7 +191,7 @@ class LowPass {
       : solid_(solid),
         context_(context),
         lattice_(tap_lattice(options.support, options.taps)),
-        kernel_(options.filter, lattice_.radius, options.rule),
+        kernel_(make_kernel(options)),
         reach_(lattice_.reach(kernel_)),
         density_(DensityVolume::uninitialized(GridFrame{})) {
     density_.frame = frame;
@@ -214,6 +214,11 @@ class LowPass {
   }
 
  private:
+  LatticeKernel make_kernel(const LowPassOptions& options) const {
+    context_.require_memory(LatticeKernel::memory(lattice_.radius), "a filter of so many taps");
+    return {options.filter, lattice_.radius, options.rule};
+  }
+
   GridFrame lattice_frame(std::int64_t first, std::int64_t slices) const {
     const GridFrame& frame = density_.frame;
     const double spacing = frame.voxel_size / static_cast<double>(lattice_.per_voxel);

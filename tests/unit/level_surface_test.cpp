@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <random>
 #include <string>
 #include <tuple>
 
@@ -132,21 +131,6 @@ class SlowSurface {
   std::uint32_t fans_ = 0;
 };
 
-TriangleSoup random_soup(int triangles, std::uint64_t seed) {
-  std::mt19937_64 generator(seed);
-  const auto coordinate = [&] { return static_cast<double>(generator() >> 11) * 0x1p-53; };
-  TriangleSoup soup;
-  for (int t = 0; t < triangles; ++t) {
-    const Point center(coordinate(), coordinate(), coordinate());
-    const auto first = static_cast<std::uint32_t>(soup.positions.size());
-    for (int c = 0; c < 3; ++c) {
-      soup.positions.push_back(center + 0.3 * (Point(coordinate(), coordinate(), coordinate()) - Point(.5, .5, .5)));
-    }
-    soup.triangles.push_back({first, first + 1, first + 2});
-  }
-  return soup;
-}
-
 /// A disc of triangles around one point: with its other side, a fan of twice as many triangles as it has slices.
 TriangleSoup disc(std::uint32_t slices) {
   TriangleSoup soup;
@@ -181,8 +165,8 @@ std::map<std::string, TriangleSoup> models() {
           {"disc of 40", disc(40)},
           {"disc of 11", disc(11)},
           {"book", book(7)},
-          {"soup", random_soup(40, 7)},
-          {"other soup", random_soup(40, 11)}};
+          {"soup", test::crossing_triangles(40, 7)},
+          {"other soup", test::crossing_triangles(40, 11)}};
 }
 
 TEST(LevelSurface, IsWhatGluingEverySideByItsWedgeMakes) {

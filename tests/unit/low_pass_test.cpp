@@ -184,8 +184,10 @@ TEST(LowPass, ProfilesConvergeWithTheNumberOfTaps) {
                   1 / taps + 1e-3);
     }
   }
-  const RadialFilter cone{RadialShape::kHyperCone, 0};
-  EXPECT_NEAR(density_at(cone, Point::UnitZ(), 0.137, 1022, TapRule::kPoint), cone.plane_profile(0.137), 1e-3);
+  for (const RadialFilter& filter : kFilters) {
+    if (kAddressSanitizer && filter.shape != RadialShape::kBox) continue;  // a thousand million taps
+    EXPECT_NEAR(density_at(filter, Point::UnitZ(), 0.137, 1022, TapRule::kPoint), filter.plane_profile(0.137), 1e-3);
+  }
 }
 
 }  // namespace

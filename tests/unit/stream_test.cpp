@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <random>
 #include <set>
 #include <string>
 #include <thread>
@@ -100,22 +99,6 @@ TriangleSoup sheet() {
   return soup;
 }
 
-/// Triangles that pass through each other, in any orientation.
-TriangleSoup random_soup(int triangles, std::uint64_t seed) {
-  std::mt19937_64 generator(seed);
-  const auto coordinate = [&] { return static_cast<double>(generator() >> 11) * 0x1p-53; };
-  TriangleSoup soup;
-  for (int t = 0; t < triangles; ++t) {
-    const Point center(coordinate(), coordinate(), coordinate());
-    const auto first = static_cast<std::uint32_t>(soup.positions.size());
-    for (int c = 0; c < 3; ++c) {
-      soup.positions.push_back(center + 0.3 * (Point(coordinate(), coordinate(), coordinate()) - Point(.5, .5, .5)));
-    }
-    soup.triangles.push_back({first, first + 1, first + 2});
-  }
-  return soup;
-}
-
 TriangleSoup tetrahedron(const Point& a, const Point& b, const Point& c, const Point& d) {
   TriangleSoup soup;
   soup.positions = {a, b, c, d};
@@ -136,7 +119,7 @@ std::map<std::string, TriangleSoup> small_models() {
           {"cubes that touch in an edge", test::joined({kCube, box(Point(1, 1, 0), Point(2, 2, 1))})},
           {"cubes that touch in a vertex", test::joined({kCube, box(Point(1, 1, 1), Point(2, 2, 2))})},
           {"cubes that touch in part of an edge", test::joined({kCube, box(Point(1, 1, 0.3), Point(2, 2, 1.3))})},
-          {"soup", random_soup(60, 7)}};
+          {"soup", test::crossing_triangles(60, 7)}};
 }
 
 std::vector<CarvingOptions> option_sets() {
