@@ -72,7 +72,8 @@ Outcome outcome_of(const Model& model, const TriangleSoup& reference, const Meth
   context.threads = threads;
   context.seed = 7;
   std::vector<std::string> settings;
-  if (method.info().parameters.find("resolution") != nullptr) settings.emplace_back("resolution=40");
+  if (method.info().parameters.find("resolution") != nullptr)
+    settings.emplace_back(kAddressSanitizer ? "resolution=16" : "resolution=40");
   if (method.info().parameters.find("directions") != nullptr) settings.emplace_back("directions=13");
   if (method.info().name == "nooruddin-turk") settings.insert(settings.end(), {"morphology=close", "distance=2"});
   Outcome outcome;

@@ -20,7 +20,8 @@ using test::joined;
 
 Parameters quick_parameters(const Method& method) {
   std::vector<std::string> settings;
-  if (method.info().parameters.find("resolution") != nullptr) settings.emplace_back("resolution=24");
+  if (method.info().parameters.find("resolution") != nullptr)
+    settings.emplace_back(kAddressSanitizer ? "resolution=12" : "resolution=24");
   if (method.info().parameters.find("directions") != nullptr) settings.emplace_back("directions=13");
   if (method.info().parameters.find("alpha") != nullptr) settings.emplace_back("alpha=0.1");
   return parameters_for_budget(method, 200, settings);

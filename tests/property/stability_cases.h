@@ -57,6 +57,7 @@ inline std::vector<StabilityCase> random_cases(std::uint64_t count) {
   constexpr double kLargest[] = {0, 1, 1.5, 2, 2.2360679, 3, 3.7, 5, 8};
   std::vector<StabilityCase> cases;
   for (std::uint64_t seed = 0; seed < count; ++seed) {
+    if (kAddressSanitizer && seed % 5 != 0) continue;  // as every case takes ten times as long
     const auto size = [&](std::uint64_t step, std::uint64_t up_to) {
       return static_cast<std::int64_t>(1 + seed * step % up_to);
     };
