@@ -255,11 +255,8 @@ class HeLowpass final : public Method {
     const std::int64_t step = parameters.integer("between") + 1;
     for (const NamedVolume& named : result.volumes) {
       const auto& volume = std::get<DensityVolume>(named.volume);
-      const bool is_density = parameters.choice("source") == "solid";
-      if (is_density) {
-        const auto [low, high] = std::ranges::minmax(volume.values);
-        shares.holds = shares.holds && low >= 0 && high <= 1;
-      }
+      shares.holds =
+          shares.holds && std::ranges::all_of(volume.values, [](float value) { return value >= 0 && value <= 1; });
       if (named.level % step != 0) continue;  // an interpolated one
       const HierarchyLevel& level = levels[static_cast<std::size_t>(named.level / step)];
       if (filter.filter(level, 0, context).volume == volume) continue;
@@ -268,6 +265,7 @@ class HeLowpass final : public Method {
     }
     if (alone.holds) alone.detail = std::to_string(levels.size()) + " levels, byte for byte";
     shares.detail = std::to_string(result.volumes.size()) + " volumes";
+    if (parameters.choice("source") == "values") return {std::move(alone)};  // of any size
     return {std::move(shares), std::move(alone)};
   }
 

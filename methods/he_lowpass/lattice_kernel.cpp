@@ -85,6 +85,15 @@ LatticeKernel::LatticeKernel(const RadialFilter& filter, double radius, TapRule 
   }
 }
 
+std::int64_t LatticeKernel::taps() const {
+  std::int64_t count = 0;
+  for (const Row& row : rows_) {
+    for (std::size_t i = row.sums; i < row.sums + static_cast<std::size_t>(2 * reach_ + 1); ++i)
+      count += sums_[i + 1] != sums_[i] ? 1 : 0;
+  }
+  return count;
+}
+
 std::int64_t LatticeKernel::weight(std::int64_t dx, std::int64_t dy, std::int64_t dz) const {
   if (std::abs(dx) > reach_) return 0;
   for (const Row& row : rows_) {

@@ -37,6 +37,8 @@ class LatticeKernel {
   std::int64_t reach() const { return reach_; }
   const std::vector<Row>& rows() const { return rows_; }
   std::int64_t total() const { return total_; }
+  /// Lattice points with a weight.
+  std::int64_t taps() const;
   std::int64_t weight(std::int64_t dx, std::int64_t dy, std::int64_t dz) const;
 
   /// The weights of the set bits of `window`, whose lowest bit is tap `first` of the row; it has no set bit beyond the

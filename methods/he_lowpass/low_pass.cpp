@@ -209,7 +209,7 @@ class LowPass {
     density_ = DensityVolume::uninitialized(frame);
     for (std::int64_t k = 0; k < frame.dims[2]; k += slices)
       filter_slab(k, std::min(slices, frame.dims[2] - k), result, stage);
-    if (report != nullptr) *report = {evaluated_, taps()};
+    if (report != nullptr) *report = {evaluated_, kernel_.taps()};
     return std::move(density_);
   }
 
@@ -258,6 +258,7 @@ class LowPass {
     std::atomic<std::int64_t> evaluated = 0;
     parallel_for(context_, 0, slices, 1, [&](std::int64_t k, std::int64_t) {
       std::vector<std::int64_t> points;
+      std::vector<std::int64_t> bits;
       std::vector<std::int64_t> sums;
       for (std::int64_t j = 0; j < grid[1]; ++j) {
         float* out = &density_(0, j, first + k);
@@ -270,7 +271,7 @@ class LowPass {
             out[i] = seen == Classes::kInterior ? 1.0F : 0.0F;
           }
         }
-        sum_row(rows, points, j, k, sums);
+        sum_row(rows, points, j, k, bits, sums);
         for (std::size_t p = 0; p < points.size(); ++p) {
           out[points[p]] = static_cast<float>(static_cast<double>(sums[p]) / static_cast<double>(kernel_.total()));
         }
@@ -284,12 +285,11 @@ class LowPass {
 
   /// The weighted sums about the points of a row of the grid.
   void sum_row(const TapRows& rows, const std::vector<std::int64_t>& points, std::int64_t j, std::int64_t k,
-               std::vector<std::int64_t>& sums) const {
+               std::vector<std::int64_t>& bits, std::vector<std::int64_t>& sums) const {
     sums.assign(points.size(), 0);
     if (points.empty()) return;
     const std::int64_t taps = 2 * kernel_.reach() + 1;
     // Of the first tap of a grid point; the lattice begins at `reach` before the grid.
-    std::vector<std::int64_t>& bits = bits_of_points();
     bits.clear();
     for (const std::int64_t i : points) bits.push_back(rows.bit(i * lattice_.per_voxel));
     for (const LatticeKernel::Row& row : kernel_.rows()) {
@@ -303,20 +303,6 @@ class LowPass {
         }
       }
     }
-  }
-
-  static std::vector<std::int64_t>& bits_of_points() {
-    thread_local std::vector<std::int64_t> bits;
-    return bits;
-  }
-
-  std::int64_t taps() const {
-    std::int64_t count = 0;
-    for (const LatticeKernel::Row& row : kernel_.rows()) {
-      for (std::int64_t dx = -kernel_.reach(); dx <= kernel_.reach(); ++dx)
-        count += kernel_.weight(dx, row.dy, row.dz) != 0 ? 1 : 0;
-    }
-    return count;
   }
 
   const SolidSampler& solid_;

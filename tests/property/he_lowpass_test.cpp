@@ -81,6 +81,20 @@ TEST(HeLowpass, AWrongLevelIsNoticed) {
   EXPECT_EQ(std::ranges::count(checks, false, &InvariantCheck::holds), 2);
 }
 
+TEST(HeLowpass, NothingIsSaidOfDensitiesWhereThereAreNone) {
+  ScalarVolume field{Grid<float>(test::frame_of({6, 6, 6})), 5};
+  for (std::size_t i = 0; i < field.grid.values.size(); ++i) field.grid.values[i] = static_cast<float>(i % 11);
+  const Model model{"field", field};
+  const Parameters parameters = Parameters::parse(
+      method().info().parameters, std::vector<std::string>{"resolution=6", "source=values"}, "he-lowpass");
+  RunContext context;
+  const MethodResult result = method().run(model, parameters, context);
+  for (const InvariantCheck& check : method().check_invariants(model, parameters, result, context)) {
+    EXPECT_TRUE(check.holds) << check.name;
+    EXPECT_EQ(check.name.find("densities"), std::string::npos);
+  }
+}
+
 TEST(HeLowpass, TurningTheInputTurnsTheOutput) {
   // A quarter turn about z takes (x, y) to (-y, x). The solid is implicit and asymmetric, in a box of whole voxels, and
   // no sample lies on its surface.

@@ -126,6 +126,10 @@ TEST(LowPass, DensitiesAreSharesAndFallToExactlyZeroOutside) {
       EXPECT_LE(value, 1);
     }
     EXPECT_EQ(density(0, 0, 0), 0);  // two voxels from the box, with a support of one
+    // A ball of 12 lattice points has 4 / 3 pi 12^3 = 7,238 taps, and of cells that it only touches less than one
+    // layer.
+    EXPECT_GT(report.taps, 7238);
+    EXPECT_LT(report.taps, 4.19 * 13.4 * 13.4 * 13.4);
     EXPECT_GT(report.evaluated, 0);
     EXPECT_LT(report.evaluated, frame.voxels());
   }

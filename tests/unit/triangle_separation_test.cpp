@@ -144,7 +144,7 @@ TEST(CertainlyApart, InAnyRoundingMode) {
       tallies[seed % 3].settled += claimed ? 1 : 0;
     }
   }
-  for (const Tally& tally : tallies) EXPECT_GT(tally.settled, test::case_count(800));
+  for (const Tally& tally : tallies) EXPECT_GT(tally.settled, test::case_count(1000));
 }
 
 TEST(CertainlyApart, SaysSoOfNeighboursOnASmoothSurface) {
